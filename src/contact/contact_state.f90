@@ -20,6 +20,7 @@ module sig_contact_state
     real(rk) :: force_balance = 0
   end type residuals_t
 
+  !> An answer, or the reason why there is none.
   type :: contact_state_t
     !> [length] natural, shape (n_dofs)
     real(rk), allocatable :: displacement(:)

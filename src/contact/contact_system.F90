@@ -18,6 +18,7 @@ module sig_contact_system
   private
   public :: contact_system_t
 
+  !> The problem on the ranks of one communicator: call create, use it, call destroy.
   type :: contact_system_t
     MPI_Comm :: comm = MPI_COMM_NULL
     type(dof_map_t) :: map

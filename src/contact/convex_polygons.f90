@@ -10,6 +10,7 @@ module sig_convex_polygons
   !> two facets of four corners have a part of eight in common, and each cut of a rest adds one
   integer, parameter :: most_corners = 32
 
+  !> A convex polygon, empty if it has no corners.
   type :: polygon_t
     !> number of corners
     integer :: n = 0

@@ -6,6 +6,7 @@ module sig_facing_points
   private
   public :: facing_points_t
 
+  !> A list of points: call clear, then add each point.
   type :: facing_points_t
     !> number of points
     integer :: n = 0

@@ -14,6 +14,7 @@ module sig_mortar_conflicts
   !> [-] a normal with a smaller part along free components belongs to a node that cannot move along it
   real(rk), parameter :: free_enough = 1.0e-6_rk
 
+  !> A reason against the rows of a contact, as an error for the user.
   type :: conflict_t
     character(:), allocatable :: message
     character(:), allocatable :: hint

@@ -17,6 +17,7 @@ module sig_mortar_sides
   private
   public :: mortar_side_t, create_side
 
+  !> The facets of one surface, with copies of all data of their nodes, facet by facet.
   type :: mortar_side_t
     integer :: n_facets = 0
     !> values at the nodes of facet i are entries offsets(i) + 1 ... offsets(i + 1)

@@ -24,8 +24,8 @@ module sig_mortar_surfaces
 
 contains
 
-  !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. Cost: O(n log n) in
-  !> the number of facets.
+  !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. A facet of which
+  !> less than 5 % faces the second surface does not count. Cost: O(n log n) in the number of facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model
     !> number of nodes of the mesh

@@ -40,7 +40,7 @@ contains
     text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
-  !> Returns a text such as `, gaps of 0 to 0.02`.
+  !> Returns a text such as `, gaps of 0.0 to 0.02`.
   pure function gap_text(gaps, extent) result(text)
     !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
@@ -71,7 +71,7 @@ contains
     end associate
   end function largest_share
 
-  !> Returns a note if the first surface has longer edges than the second one; otherwise empty.
+  !> Returns a note if the longest edge of the first surface is longer than that of the second one; otherwise empty.
   pure function finer_text(surfaces, first, second) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_side_t), intent(in) :: first, second
@@ -82,7 +82,8 @@ contains
       'accurate with the finer surface as first'
   end function finer_text
 
-  !> Returns a part of a sentence that names the search distance if some part faces the second surface beyond it; otherwise empty.
+  !> Returns ` within the search distance (search_distance)` if some part of the first surface faces the second one beyond it;
+  !> otherwise empty.
   pure function far_text(sums) result(text)
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text

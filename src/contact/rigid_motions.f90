@@ -13,6 +13,7 @@ module sig_rigid_motions
   private
   public :: rigid_motions_t, create_rigid_motions, null_space
 
+  !> The bodies of a mesh, and those of their rigid motions that no prescribed displacement holds (free motions).
   type :: rigid_motions_t
     !> number of rigid motions of one body
     integer :: n_rigid = 0

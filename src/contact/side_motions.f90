@@ -13,6 +13,7 @@ module sig_side_motions
   !> [-] square of free components below which a node cannot move: rounding of a direction
   real(rk), parameter :: movable = 1.0e-20_rk
 
+  !> For each row, the rows whose owners must follow its owner so that their values stay.
   type :: followers_t
     !> whether the owner of a row can move without changing other rows, shape (n_rows)
     logical, allocatable :: is_possible(:)

@@ -67,6 +67,8 @@ int sig_h5_take(struct sig_h5_file *file, uint64_t n_bytes);
  * file is closed. Returns 0 if there is no such object or if the collection is damaged. */
 int sig_h5_find_object_of_heap(struct sig_h5_file *file, uint64_t address, uint64_t index, const unsigned char **bytes,
                                uint64_t *size);
+
+/* Frees the collections of texts that were read. */
 void sig_h5_free_heap(struct sig_h5_file *file);
 
 /* Reads `size` bytes from an address on. Returns 0 if the file does not have them. */

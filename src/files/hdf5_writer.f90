@@ -52,7 +52,7 @@ module sig_hdf5_writer
 contains
 
   !> Starts a new file, and discards the one that is not closed. If the path is a symbolic link, the file to which it leads is
-  !> replaced by close. Errors: no such folder, no right to write there, a device or a pipe.
+  !> replaced by close. Errors: no such folder, no right to write there, the path is a folder, a device or a pipe.
   subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
