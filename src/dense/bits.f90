@@ -41,9 +41,11 @@ contains
     end do
   end subroutine unpack_bits
 
-  !> Returns the words of each column of flags.
+  !> Packs each column of flags by pack_bits: returns the words, one column for each column of flags.
   pure function pack_columns(flags) result(words)
+    !> shape (n_flags, n)
     logical, intent(in) :: flags(:, :)
+    !> shape (n_words(n_flags), n)
     integer :: words(n_words(size(flags, 1)), size(flags, 2))
     integer :: i
 
@@ -52,7 +54,7 @@ contains
     end do
   end function pack_columns
 
-  !> Returns the flags of each column of words.
+  !> Returns the flags of each column of words, shape (n_flags, n). It undoes pack_columns.
   pure function unpack_columns(words, n_flags) result(flags)
     !> shape (n_words(n_flags), n)
     integer, intent(in) :: words(:, :)

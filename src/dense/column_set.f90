@@ -10,10 +10,10 @@ module sig_column_set
   !> [-] a column of length 1 depends on the others if at most this length is left after subtracting its projection on them
   real(rk), parameter :: rank_tolerance = 1.0e-10_rk
 
-  !> A set of n columns of a matrix A with their factors: A(:, used(:n)) = Q R.
+  !> A set of n columns of a matrix A with their factors: A(:, used(:n)) = Q R. Only the first n entries of each array are in use.
   type :: column_set_t
     integer :: n = 0
-    !> numbers of the columns in A, shape (most)
+    !> numbers of the columns in A, 1-based, shape (most)
     integer, allocatable :: used(:)
     !> orthonormal columns, shape (n_rows, most)
     real(rk), allocatable :: q(:, :)
@@ -41,14 +41,15 @@ contains
     self%n = 0
   end subroutine reserve
 
-  !> Adds a column to the set. The set does not change where the column depends on the others or where the set has no room left;
-  !> then is_dependent is true.
+  !> Adds a column to the set as the last one. If the column depends on those of the set, or if the set is full, the set does not
+  !> change and is_dependent is true.
   !>
   !> The method is Gram-Schmidt, twice, so that Q stays orthonormal up to rounding.
   subroutine add(self, matrix, i_column, is_dependent)
     class(column_set_t), intent(inout) :: self
-    !> unit columns, shape (n_rows, n_columns)
+    !> A, whose columns have length 1; shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)
+    !> number of the column in A, 1-based
     integer, intent(in) :: i_column
     logical, intent(out) :: is_dependent
     real(rk) :: rest
@@ -75,7 +76,7 @@ contains
     self%n = self%n + 1
   end subroutine add
 
-  !> Removes a column from the set. Plane rotations make R triangular again.
+  !> Removes a column from the set; the others keep their order. Plane rotations make R triangular again.
   subroutine remove(self, i)
     class(column_set_t), intent(inout) :: self
     !> place of the column in `used`

@@ -27,7 +27,7 @@ module sig_contact_error_bound
 
 contains
 
-  !> Factors W and sets is_valid.
+  !> Computes the Cholesky factor of W. Sets is_valid to whether W is positive definite; only then may `evaluate` be called.
   subroutine create(self, compliance)
     class(contact_error_bound_t), intent(out) :: self
     !> [length/force] W, symmetric, shape (n, n)
@@ -47,8 +47,8 @@ contains
   !> lambda_r, lambda and W lambda + q are not negative and lambda' (W lambda + q) = 0: e' W e <= e' w <= e' rho + c, where c is the
   !> sum of lambda_r (w - rho) over the rows outside of S. With d = |rho| in the norm of W^-1: |e| <= d/2 + sqrt(d^2/4 + c).
   !>
-  !> The smallest of three bounds is returned. First bound: S are the rows with a force, and rho = min(w, 0) elsewhere. For an exact
-  !> answer this bound is only rounding.
+  !> The smallest of three bounds is returned, or the first one if it is at most `enough`; 0 without rows. First bound: S are the
+  !> rows with a force, and rho = min(w, 0) elsewhere. For an exact answer this bound is only rounding.
   !>
   !> Second bound: S are the rows that the primal-dual active set method would close next; a very small force across a wide gap is
   !> then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the forces in
@@ -114,7 +114,8 @@ contains
     if (may_drop) bound = min(bound, self%bound_without(lambda, opening, is_closed, closed, block))
   end function bound_of_step
 
-  !> Returns the third bound: the norm of the forces that the step opens plus the bound of the others; huge where it opens none.
+  !> Returns the third bound: the norm of the forces on the rows that the step opens, plus the bound of the other forces; huge if
+  !> the step opens no row.
   real(rk) function bound_without(self, lambda, opening, is_closed, closed, block) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)

@@ -34,7 +34,7 @@ module sig_k_d_tree
 
 contains
 
-  !> Makes the tree of some points or balls. Cost: O(n log n).
+  !> Makes the tree of some points or balls in place of those that it had. Cost: O(n log n).
   pure subroutine create(self, points, sizes)
     class(k_d_tree_t), intent(inout) :: self
     !> points, or centers of the balls, shape (n_dim, n_points)
@@ -120,10 +120,11 @@ contains
   !> Cost: O(log n) in most cases.
   pure subroutine nearest(self, place, number, distance, direction)
     class(k_d_tree_t), intent(in) :: self
+    !> shape (n_dim)
     real(rk), intent(in) :: place(:)
-    !> number of the point in the order of the caller, 1-based; 0 in an empty tree
+    !> number of the point or ball in the order of the caller, 1-based; 0 in an empty tree
     integer, intent(out) :: number
-    !> huge in an empty tree
+    !> distance of the point or center; huge in an empty tree
     real(rk), intent(out) :: distance
     !> [-] direction of the line, unit vector; default: no line
     real(rk), intent(in), optional :: direction(:)
@@ -163,7 +164,7 @@ contains
     end if
   end subroutine search_nearest
 
-  !> Returns a lower bound of the distance of the points or balls lo..hi; infinite where there is none.
+  !> Returns a lower bound of the distance between the points or balls lo..hi and the place or line; infinite if hi < lo.
   pure real(rk) function least_distance(self, place, along, lo, hi) result(distance)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
@@ -189,9 +190,10 @@ contains
   !> contain the place, or meet the line, are found, too.
   pure subroutine within(self, place, radius, numbers, direction)
     class(k_d_tree_t), intent(in) :: self
+    !> shape (n_dim)
     real(rk), intent(in) :: place(:)
     real(rk), intent(in) :: radius
-    !> numbers in the order of the caller, 1-based, ascending
+    !> numbers of the points or balls in the order of the caller, 1-based, ascending; empty if there are none
     integer, allocatable, intent(out) :: numbers(:)
     !> [-] direction of the line, unit vector; default: no line
     real(rk), intent(in), optional :: direction(:)

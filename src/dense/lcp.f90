@@ -29,9 +29,10 @@ contains
   !> says why not, and lambda is zero.
   !>
   !> The methods are active set, then block pivoting, then Lemke's with a few covering vectors. Each has a limited number of steps.
-  !> For q >= 0 the answer is zero. Where the solution is not unique (W is no P-matrix), the answer may depend on the start. All
-  !> tolerances are relative to the terms that are summed, so units do not matter. Nothing is allocated with a workspace and a
-  !> solution that were used before for a problem of this size.
+  !> The reason of a failure is that of the last method; it is reason_not_finite if W or q is not finite. For q >= 0 the answer is
+  !> zero. Where the solution is not unique (W is no P-matrix), the answer may depend on the start. All tolerances are relative to
+  !> the terms that are summed, so units do not matter. Nothing is allocated with a workspace and a solution that were used before
+  !> for a problem of this size.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -40,6 +41,7 @@ contains
     !> guess of the active set (lambda > 0), shape (n); with size 0 the guess is q < 0
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
+    !> work space for many problems; default: one for this problem alone
     type(lcp_workspace_t), intent(inout), optional :: workspace
     type(lcp_workspace_t) :: own
 
@@ -82,19 +84,20 @@ contains
     end do
   end subroutine solve_in
 
-  !> Solves the problem by the active set method alone, for a start that is nearly the active set of the answer. The matrix must be
-  !> finite and is taken as not symmetric. Where this fails (solution%reason is not reason_converged), solve_lcp may still succeed.
+  !> Solves the problem of solve_lcp by the active set method alone, for a start that is nearly the active set of the answer. The
+  !> matrix must be finite and is taken as not symmetric. If this fails, solution%reason is not reason_converged and lambda is zero;
+  !> solve_lcp may still succeed.
   !>
   !> A set of k unknowns costs k^3 / 3 + 2 n k operations; no cost grows with n^2.
   subroutine change_sets(matrix, q, is_active_start, solution, workspace)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> the start, shape (n)
+    !> guess of the active set, shape (n)
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
-    !> workspace%w is matrix * lambda + q where the problem is solved
+    !> workspace%w is W lambda + q where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
     logical :: is_done
 
@@ -108,9 +111,9 @@ contains
 
   !> Looks for a second solution of a problem that is already solved, by the active set method alone from another start.
   !>
-  !> Nothing is found where the method meets the active set of the known solution, a set for the second time, or a set with a
-  !> singular matrix. This does not prove that there is only one solution. Nothing is allocated with a workspace and a solution that
-  !> were used before for a problem of this size.
+  !> Nothing is found if the method meets the active set of the known solution, a set for the second time, or a set with a singular
+  !> matrix, or if it ends with the same multipliers. This does not prove that there is only one solution. Nothing is allocated with
+  !> a workspace and a solution that were used before for a problem of this size.
   subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -120,8 +123,10 @@ contains
     logical, intent(in) :: is_active_start(:)
     !> from solve_lcp, with reason_converged
     type(lcp_solution_t), intent(in) :: known
+    !> the second solution, if is_found
     type(lcp_solution_t), intent(inout) :: other
     type(lcp_workspace_t), intent(inout) :: workspace
+    !> whether `other` is a solution whose multipliers differ from those of `known` by more than rounding (same_solution)
     logical, intent(out) :: is_found
 
     call start_solution(size(q), other)

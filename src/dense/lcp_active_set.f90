@@ -13,9 +13,9 @@ module sig_lcp_active_set
 contains
 
   !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of
-  !> steps is max(usual_sets, n + 1).
+  !> steps is max(usual_sets, n + 1). Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)

@@ -15,13 +15,13 @@ module sig_lcp_block_pivoting
 
 contains
 
-  !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the largest number
-  !> of solves is reached.
+  !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of
+  !> solves is 5 n + 50. Requires: workspace%reserve, and workspace%is_symmetric is set.
   !>
   !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. In exact arithmetic the method ends for
   !> P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.
   subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
@@ -29,7 +29,7 @@ contains
     logical, intent(inout) :: is_active(:)
     !> workspace%lambda is the answer where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> reason_converged or reason_cycle
+    !> reason_converged, or reason_cycle for all other ends
     integer, intent(out) :: reason
     !> number of linear solves
     integer, intent(out) :: n_iterations
@@ -60,7 +60,7 @@ contains
     n_iterations = max_solves
   end subroutine run_block_pivoting
 
-  !> Whether the single exchanges have come back to the set that is kept, so that they would repeat without end.
+  !> Sets is_back to whether the single exchanges have come back to the set that is kept: they would then repeat without end.
   !>
   !> The set is kept at the exchanges 1, 2, 4, 8 and so on (Brent), so that a cycle of any length is found.
   pure subroutine look_back(is_active, n_single, workspace, is_back)

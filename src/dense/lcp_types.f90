@@ -109,12 +109,12 @@ contains
     end associate
   end subroutine reserve_tableau
 
-  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of them have a wrong
-  !> sign. workspace%is_singular is true where W_AA is singular.
+  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of these numbers have a
+  !> wrong sign. The results are lambda, w and is_violated of the workspace; is_singular is true where W_AA is singular.
   !>
-  !> Requires: workspace%reserve.
+  !> Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine evaluate_set(matrix, q, is_active, workspace)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
@@ -260,9 +260,9 @@ contains
   end subroutine solve_set
 
   !> Computes in the workspace w = W lambda + q and the sum of the absolute values of the terms of each row, row_size = |q_i| + sum
-  !> |W_ij lambda_j|.
+  !> |W_ij lambda_j|. Requires: workspace%reserve.
   pure subroutine sum_rows(matrix, q, lambda, workspace)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)

@@ -13,7 +13,7 @@ module sig_lifted_error_bound
   private
   public :: lifted_error_bound_t, sparse_matrix_t
 
-  !> A sparse square matrix by rows; the entries of row i are starts(i) + 1 to starts(i + 1) of columns and values.
+  !> A sparse square matrix by rows; the entries of row i are starts(i) + 1 to starts(i + 1) of columns (1-based) and values.
   type :: sparse_matrix_t
     !> shape (n + 1)
     integer, allocatable :: starts(:)
@@ -55,9 +55,10 @@ module sig_lifted_error_bound
 
 contains
 
-  !> Returns the product A x.
+  !> Returns the product A x of the matrix and a vector.
   pure function times(self, x) result(y)
     class(sparse_matrix_t), intent(in) :: self
+    !> shape (n)
     real(rk), intent(in) :: x(:)
     real(rk) :: y(size(x))
     integer :: i, k
@@ -84,10 +85,10 @@ contains
     end do
   end function diagonal
 
-  !> Prepares the bounds.
+  !> Stores the arguments, and computes from them all that does not depend on the approximation. After it, `evaluate` may be called.
   subroutine create(self, forces, openings, motions, lift, reach)
     class(lifted_error_bound_t), intent(out) :: self
-    !> Y, in balance where only contact holds a body, and W Y; shape (n, n_patterns)
+    !> [force] Y, in balance where only contact holds a body, and [length] W Y; shape (n, n_patterns)
     real(rk), intent(in) :: forces(:, :)
     real(rk), intent(in) :: openings(:, :)
     !> [-] closing of each contact row by the rigid motions that only contact holds, shape (n, n_motions)
@@ -182,7 +183,7 @@ contains
   end function evaluate
 
   !> Changes the openings by those rigid motions that minimize the sum of force times squared opening over the rows. Rows with large
-  !> forces are then nearly closed.
+  !> forces are then nearly closed. The openings stay as they are if the equations of this minimum are singular.
   subroutine settle(self, lambda, opening)
     class(lifted_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)

@@ -15,7 +15,8 @@ module sig_pivot_transform
 
 contains
 
-  !> Computes M for a set A. Where W_AA is numerically singular, is_singular is true and M is not defined.
+  !> Computes the matrix M of the transformed problem for a set A. For an empty set it is W. Where W_AA is numerically singular,
+  !> is_singular is true and M is not defined.
   subroutine transform_matrix(matrix, is_in_set, transform, is_singular)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)

@@ -42,9 +42,11 @@ module sig_polynomial_nodes
 
 contains
 
-  !> Chooses the nodes for all polynomials up to a total degree. Requires: at most most_variables variables.
+  !> Chooses the nodes for all polynomials up to a total degree, number_of_polynomials(n_variables, degree) of them, and prepares
+  !> the weights. Requires: at most most_variables variables.
   subroutine create(self, lower, upper, degree)
     class(polynomial_nodes_t), intent(inout) :: self
+    !> ends of the box, lower < upper, in the units of the variables; shape (n_variables)
     real(rk), intent(in) :: lower(:)
     real(rk), intent(in) :: upper(:)
     !> total degree
@@ -61,7 +63,7 @@ contains
     call self%prepare()
   end subroutine create
 
-  !> Computes the data that follow from lower, upper and nodes, for example after these were read from a file.
+  !> Computes what `weights` needs from the component `nodes`, for example after the nodes were read from a file.
   subroutine prepare(self)
     class(polynomial_nodes_t), intent(inout) :: self
     logical :: is_singular
@@ -79,9 +81,10 @@ contains
     n_nodes = size(self%nodes, 2)
   end function n_nodes
 
-  !> Returns node i in the units of the variables.
+  !> Returns the coordinates of node i in the box, in the units of the variables.
   pure function node(self, i) result(place)
     class(polynomial_nodes_t), intent(in) :: self
+    !> 1 to n_nodes
     integer, intent(in) :: i
     !> shape (n_variables)
     real(rk) :: place(size(self%nodes, 1))
@@ -115,7 +118,8 @@ contains
     end do
   end subroutine weights
 
-  !> Computes the directional derivatives of the weights at a place in the direction `move`.
+  !> Computes the derivatives of the weights at a place in the direction `move`, which need not have length 1: d weights(place + t
+  !> move) / dt at t = 0.
   pure subroutine weight_changes(self, place, move, values)
     class(polynomial_nodes_t), intent(in) :: self
     !> in the units of the variables, shape (n_variables)
