@@ -69,7 +69,7 @@ module sig_active_set
 
 contains
 
-  !> Makes the bound form, the work arrays and, with multigrid, its levels. Collective.
+  !> Makes the bound form, work vectors and, with multigrid, its levels. If these fail, each `solve` has their reason. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -113,7 +113,8 @@ contains
     PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
-  !> Solves one point. If multigrid fails and may_factor is true, factorizations solve this and all later points. Collective.
+  !> Solves one point with the terms theta [-]. If multigrid fails and may_factor is true, factorizations solve this and all later
+  !> points. Other failures are the reason of the state: too many steps, singular matrix, no equilibrium. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -327,8 +328,7 @@ contains
     end do
   end subroutine keep_idle_holds
 
-  !> Opens the last pair that holds a body and pulls, and closes the first pair that the body then meets. Without such a pair the
-  !> set stays as it is: there is no equilibrium.
+  !> Opens the pair that pulls most, a last hold of a body, and closes the pair that the body meets first; without one does nothing.
   subroutine exchange_hold(system, step, set)
     type(contact_system_t), intent(in) :: system
     type(step_t), intent(in) :: step

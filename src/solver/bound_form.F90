@@ -29,7 +29,7 @@ module sig_bound_form
     real(rk), allocatable :: norms(:)
     !> level of each row: rows of one level change their unknowns together, 1 = first; shape (n_rows)
     integer, allocatable :: levels(:)
-    !> rows by their level, in the order in which T' works on them; T starts with the highest one
+    !> rows sorted by their level, lowest first: T' and T^-1 treat the rows in this order, T in the opposite one; shape (n_rows)
     integer, allocatable :: order(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
@@ -65,7 +65,7 @@ contains
     PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create
 
-  !> Makes the inverse of T, which the caller destroys. Collective.
+  !> Makes the inverse of T, which the caller destroys. Requires: create. Collective.
   subroutine create_inverse(self, system, inverse, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -343,10 +343,10 @@ contains
     bounds = (system%gap(theta) - system%rows%apply(system%prescribed_displacement(theta))) / self%norms
   end function bounds
 
-  !> Returns the multipliers lambda_k, which follow from the residual T' (K T x - F). Local.
+  !> Returns the multipliers lambda_k = -residual_j / |B_k|, j = bounded_dofs(k), positive where the contact presses. Local.
   pure function multipliers(self, residual)
     class(bound_form_t), intent(in) :: self
-    !> [force] natural, shape (n_dofs)
+    !> [force] T' (K T x - F), natural, shape (n_dofs)
     real(rk), intent(in) :: residual(:)
     !> [force] shape (n_rows)
     real(rk) :: multipliers(size(self%norms))

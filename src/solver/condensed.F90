@@ -27,11 +27,12 @@ module sig_condensed
   public :: condensed_t
 
   type, extends(contact_solver_t) :: condensed_t
-    !> reason_converged, or why the stiffness could not be factored
+    !> reason_converged, or why the stiffness could not be factored; 0 before `create`
     integer :: reason = 0
     !> [length] G, rows of this rank, shape (n_local_dofs, n_driving_terms); with anchors (n_local_dofs, n_terms)
     real(rk), allocatable :: free_response(:, :)
-    !> [length] the same for prescribed displacements alone, then for the lifted forces, shape (n_local_dofs, n_lifted_terms)
+    !> [length] displacements under the prescribed displacements alone, one per term, then under each lifted force; rows of this
+    !> rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
     !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable :: contact_response(:, :)
@@ -135,6 +136,7 @@ contains
   subroutine solve(self, system, theta, state, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
@@ -156,12 +158,15 @@ contains
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
-  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. If K could not be
-  !> factored, each state has this reason and zeros. Collective.
+  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point without a
+  !> solution has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts. If K could not
+  !> be factored, each state has this reason and zeros. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
+    !> shape (n_points)
     type(contact_state_t), intent(out) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: unknowns(:, :), local(:, :)

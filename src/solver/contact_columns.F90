@@ -19,7 +19,7 @@ module sig_contact_columns
   public :: contact_columns_t
 
   type :: contact_columns_t
-    !> reason_converged, or why K could not be factored
+    !> reason_converged, or why K could not be factored or a solve failed; 0 before `solve` and `take`
     integer :: reason = 0
     !> [length per unit of theta] D - B G, shape (n_rows, n_terms)
     real(rk), allocatable :: free_opening(:, :)
@@ -41,7 +41,7 @@ contains
   subroutine solve(self, system, is_multigrid, chosen, ierr)
     class(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> conjugate gradients instead of a factorization
+    !> whether conjugate gradients with multigrid solve, and not a factorization
     logical, intent(in) :: is_multigrid
     !> rows whose columns are computed, 1-based
     integer, intent(in) :: chosen(:)

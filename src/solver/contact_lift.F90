@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Displacements L that open or close each contact row by moving its own nodes, B L = 1, and their stiffness L' K L.
+!> Displacements L, one column per contact row, and their stiffness L' K L. Column k closes row k by 1 and no other row, B L = 1. It
+!> moves only the nodes of this row and, where needed, owners of other rows that must follow (below).
 !>
 !> A side moves along the free components of its coefficients, n_free / |n_free|^2. Where both sides can, the stiffer one moves
 !> less, so that the energy is least; where a side has no free component, or meets other rows, too, the other one moves. Owners

@@ -31,7 +31,8 @@ contains
     type(anchors_t), intent(out) :: anchors
     !> [length] G, shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable, intent(out) :: free_response(:, :)
-    !> [length] the same for prescribed displacements alone, then for the lifted forces, shape (n_local_dofs, n_lifted_terms)
+    !> [length] displacements under the prescribed displacements alone, one per term, then under each lifted force (those of imposed
+    !> strains); shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: lifting(:, :)
     !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: contact_response(:, :)
@@ -97,7 +98,7 @@ contains
     end do
   end function anchor_forces
 
-  !> Adds row k of B times a factor to a column; held dofs get nothing. Local.
+  !> Adds row k of B times a factor to a vector over the dofs of this rank; held dofs get nothing. Local.
   pure subroutine add_row(system, is_held, k, factor, column)
     type(contact_system_t), intent(in) :: system
     !> result of held_dofs, natural, shape (n_dofs)
@@ -105,7 +106,7 @@ contains
     !> row, 1-based
     integer, intent(in) :: k
     real(rk), intent(in) :: factor
-    !> dofs of this rank, shape (n_local_dofs)
+    !> in and out: the vector, shape (n_local_dofs)
     real(rk), intent(inout) :: column(:)
     integer :: i, i_local
 

@@ -10,7 +10,8 @@ enum { MAX_CG_ITERATIONS = 1000 };
 // Gives whether the preconditioner is a factorization.
 PetscErrorCode sig_is_factored(KSP ksp, PetscBool *answer);
 
-// Factors a matrix for the first time. reason: one of SIG_LINEAR_*; message: SIG_MESSAGE_SIZE characters.
+// Factors a matrix for the first time. reason: one of SIG_LINEAR_*; message: SIG_MESSAGE_SIZE characters, written only
+// if reason is SIG_LINEAR_FAILED.
 PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message);
 
 // Factors a matrix with the same pattern as the first one. Arguments as for sig_factor.

@@ -58,8 +58,9 @@ contains
     end associate
   end function held_dofs
 
-  !> Computes the displacement under each of the leading terms alone, prescribed values included. Forces of the anchors balance the
-  !> loads of bodies that only contact holds. Sets the reason of the linear solver. Collective.
+  !> Computes the displacement without contact under each of the leading terms alone, prescribed values included. Forces of the
+  !> anchors balance the loads of bodies that only contact holds. Sets the reason of the linear solver: if it is not
+  !> reason_converged, response is of no use. Collective.
   subroutine solve_free_response(system, linear_solver, n_terms, response, ierr, anchors)
     type(contact_system_t), intent(inout) :: system
     !> solver from factor_without_contact
@@ -69,7 +70,7 @@ contains
     !> [length] rows of this rank, shape (n_local_dofs, n_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
-    !> without this argument the loads are left out
+    !> from find_anchors; without this argument the loads are left out
     type(anchors_t), intent(in), optional :: anchors
     real(rk) :: prescribed(system%map%n_dofs), forces(system%map%n_dofs)
     real(rk), allocatable :: rhs(:, :)
@@ -176,15 +177,15 @@ contains
     moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
   end function moves_boundaries
 
-  !> Computes the lifting on every rank and in natural order. It factors K itself if there is anything to lift; if that fails, the
-  !> lifting is zero. Collective.
+  !> Computes the lifting (result of solve_lifting) on every rank and in natural order. It factors K itself if there is anything to
+  !> lift. If there is nothing, or if the factorization or a solve fails, the lifting is zero. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     !> conjugate gradients with multigrid instead of a factorization
     logical, intent(in) :: is_multigrid
     !> [length] shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
-    !> reason_converged, or why K could not be factored
+    !> reason_converged, or why K could not be factored or a solve failed
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver

@@ -15,7 +15,8 @@ module sig_holding
   type :: anchors_t
     !> shape (n_free)
     integer, allocatable :: rows(:)
-    !> motion j opens anchor j by -1 and no other anchor: B_T Z amplitudes = 1; shape (n_free, n_free)
+    !> column j: amplitudes of the free motion that closes anchor j by 1 and moves no other anchor, B_T Z amplitudes = 1; shape
+    !> (n_free, n_free)
     real(rk), allocatable :: amplitudes(:, :)
     !> [-] closing of all pairs by these motions, shape (n_rows, n_free)
     real(rk), allocatable :: closing(:, :)
@@ -26,7 +27,7 @@ module sig_holding
 
 contains
 
-  !> Adds closed pairs to the wanted set until it holds the bodies; pairs that pull least are added first.
+  !> Adds closed pairs to the wanted set until it holds the bodies. Those with the largest multipliers come first: they pull least.
   pure subroutine keep_hold(motions, is_closed, multipliers, wanted)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies, shape (n_rows)
@@ -129,7 +130,7 @@ contains
   end subroutine find_anchors
 
   !> Returns for each closed pair whether a body is no longer held when this pair opens: its share in holding the motions is then
-  !> one.
+  !> one. It is false for open pairs.
   function is_last_hold(motions, is_closed) result(is_last)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies

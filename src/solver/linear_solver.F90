@@ -21,8 +21,9 @@ module sig_linear_solver
   type :: linear_solver_t
     !> whether conjugate gradients with multigrid solve, and not a factorization
     logical :: is_multigrid = .false.
+    !> PETSc's KSP; 0 before `factor`
     integer(c_intptr_t) :: ksp = 0
-    !> reason_converged, or why there is no solution
+    !> reason_converged, or why there is no solution; 0 before `factor`
     integer :: reason = 0
     !> number of iterations of conjugate gradients in the last solve_vector
     integer :: n_iterations = 0
@@ -97,9 +98,9 @@ contains
     PetscCall(VecDestroy(prescribed, ierr))
   end subroutine hold
 
-  !> Prepares solves: factors the matrix, or builds the multigrid levels. The matrix must exist as long as the solver. A singular
-  !> matrix (reason_floating_body) and other failures of MUMPS or PETSc (reason_linear_solver, with a warning) are reasons, not
-  !> errors. Collective.
+  !> Prepares solves: factors the matrix, or builds the multigrid levels. The solver keeps the matrix alive, so the caller may
+  !> destroy its own handle. A singular matrix (reason_floating_body) and other failures of MUMPS or PETSc (reason_linear_solver,
+  !> with a warning) are reasons, not errors. Collective.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
     Mat, intent(in) :: matrix
@@ -116,8 +117,8 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Makes the solver solve with T' K T from here on, where some unknowns are held: call hold_in_levels before each renew. The
-  !> levels of multigrid keep the interpolations that they have for the matrix of `factor`. Collective.
+  !> Makes a solver with multigrid solve with T' K T from here on, where some unknowns are held: call hold_in_levels before each
+  !> renew. The levels keep their interpolations for the matrix of `factor`. Requires: factor has succeeded. Collective.
   subroutine change_unknowns(self, stiffness, transformation, inverse, matrix, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> K, which the levels keep
@@ -125,7 +126,7 @@ contains
     !> T, which they keep, and its inverse
     Mat, intent(in) :: transformation
     Mat, intent(in) :: inverse
-    !> T' K T, whose entries may be set later; it must exist as long as the solver
+    !> T' K T, which the solver keeps, too; its entries may be set later
     Mat, intent(in) :: matrix
     PetscErrorCode, intent(out) :: ierr
 
@@ -172,8 +173,8 @@ contains
     ierr = sig_linear_solver_solves_per_factorization(self%ksp, n_solves)
   end subroutine solves_per_factorization
 
-  !> Makes the old factor the preconditioner of conjugate gradients after new values in the matrix, whose pattern stays. A solve
-  !> that needs more than max_iterations fails with reason_linear_solver. Collective.
+  !> Makes the old factor the preconditioner of conjugate gradients after new values in the matrix, whose pattern stays, until the
+  !> next renew. A solve that needs more than max_iterations fails with reason_linear_solver. Collective.
   subroutine keep_factor(self, max_iterations, ierr)
     class(linear_solver_t), intent(inout) :: self
     integer, intent(in) :: max_iterations
@@ -209,8 +210,9 @@ contains
     ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
   end subroutine set_near_null_space
 
-  !> Solves for several right-hand sides. Arrays hold the rows of this rank. Sets the reason. Requires: factor has succeeded.
-  !> Collective.
+  !> Solves for several right-hand sides, as accurately as possible. Arrays hold the rows of this rank. Sets the reason: it is
+  !> reason_linear_solver if conjugate gradients fail for a column; this column and those after it are then of no use. Requires:
+  !> factor has succeeded. Collective.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)
@@ -224,7 +226,8 @@ contains
     call set_reason(self, reason)
   end subroutine solve_many
 
-  !> Solves for one right-hand side. Sets the reason and n_iterations. Requires: factor has succeeded. Collective.
+  !> Solves for one right-hand side: by the factor, or by conjugate gradients (multigrid, or after keep_factor). Sets the reason,
+  !> and n_iterations, which is 0 with the factor. Requires: factor has succeeded. Collective.
   subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     Vec, intent(in) :: rhs

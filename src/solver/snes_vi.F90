@@ -42,11 +42,12 @@ contains
     PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
-  !> Solves one point: with full steps first, then with a backtracking search if full steps do not converge. A failure is a reason.
-  !> Collective.
+  !> Solves one point: with full steps first, then, if these reach max_iterations, with a backtracking search. A failure is the
+  !> reason of the state. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr

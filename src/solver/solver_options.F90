@@ -12,10 +12,11 @@ module sig_solver_options
 
 contains
 
-  !> Errors: an option with the prefix of this solver was not used. The result is the same on every rank. Requires: a point was
-  !> solved, so that every object of the solver has read its options.
+  !> Makes an error if a PETSc option with the prefix of this solver was not used; it names the first such option. Otherwise error
+  !> is not allocated. The result is the same on every rank. Requires: a point was solved, so that every object of the solver has
+  !> read its options.
   subroutine refuse_unused_options(solver_type, error, ierr)
-    !> name of the solver, as in the deck
+    !> active_set, snesvi or condensed
     character(*), intent(in) :: solver_type
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -31,7 +32,7 @@ contains
     end do
   end subroutine refuse_unused_options
 
-  !> Returns the prefix of the options of a solver.
+  !> Returns the prefix of the options of a solver, with its minus.
   pure function prefix_of(solver_type) result(prefix)
     character(*), intent(in) :: solver_type
     character(:), allocatable :: prefix

@@ -24,7 +24,7 @@ module sig_solver_plan
     integer :: n_dim = 0
     integer :: n_dofs = 0
     integer :: n_multipliers = 0
-    !> parameter points of the deck's largest set, for each stiffness that they need
+    !> number of parameter points that share a stiffness, in the deck's set of points where it is largest
     integer :: n_points = 0
     !> whether a body is held by contact alone
     logical :: is_floating = .false.
@@ -45,7 +45,9 @@ module sig_solver_plan
 
 contains
 
-  !> Chooses solver and linear solver. Errors: message is allocated if the deck asks for something that is not possible.
+  !> Chooses solver and linear solver: those of the deck, or for `auto` by size. message is allocated if the deck asks for something
+  !> that is not possible: condensed with more than 5000 multipliers, snesvi where only contact holds a body, or snesvi with gamg
+  !> and a PETSc before 3.19. Otherwise it is not allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
@@ -92,7 +94,7 @@ contains
     end if
   end subroutine choose_type
 
-  !> Whether W and the responses to all multipliers are small enough for the condensed solver (max_condensed, max_response).
+  !> Whether W and the responses to all multipliers are small enough for the condensed solver: at most 5000 multipliers and 4 GB.
   pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers

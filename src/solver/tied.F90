@@ -24,11 +24,11 @@ module sig_tied
   integer, parameter :: chunk = 64
 
   type :: tied_response_t
-    !> reason_converged, or why the tied stiffness could not be factored
+    !> reason_converged, or why the tied stiffness could not be factored or a solve failed
     integer :: reason = 0
-    !> [force or length per unit of theta] R, shape (n_rows, n_terms)
+    !> R, shape (n_rows, n_terms): [force per unit of theta] of closed rows, [length per unit of theta] opening of other rows
     real(rk), allocatable :: free(:, :)
-    !> [-, or length/force] S, shape (n_rows, n_changing)
+    !> S, shape (n_rows, n_changing): [-] for closed rows, [length/force] for other rows
     real(rk), allocatable :: operator(:, :)
     !> [length per unit of theta, length/force] rows of G and -H, shapes (n_dofs, n_terms) and (n_dofs, n_changing)
     real(rk), allocatable :: free_field(:, :)
@@ -53,7 +53,7 @@ contains
   !> factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
   subroutine solve_tied(system, status, dofs, response, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> row_*, shape (n_rows)
+    !> row_closed, row_changing or row_open (sig_tied_data) of each row, shape (n_rows)
     integer, intent(in) :: status(:)
     !> dofs whose displacements are wanted, natural
     integer, intent(in) :: dofs(:)
