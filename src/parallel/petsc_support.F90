@@ -111,11 +111,12 @@ contains
     has_multigrid_vi = sig_has_multigrid_vi() /= 0
   end function has_multigrid_vi
 
-  !> Adds options, pairs `-name value`, to the options of PETSc. An option that is added again gets the new value.
+  !> Adds options, pairs `-name value` separated by blanks, to the options of PETSc. An option that is added again gets the new
+  !> value. If PETSc complains about one, for example about a missing file of options, `message` says so.
   subroutine insert_petsc_options(options, ierr, message)
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
-    !> complaint of PETSc about the options; not allocated where there is none. Without this argument a complaint sets ierr.
+    !> complaint of PETSc about the options; not allocated where there is none. Without this argument a complaint sets ierr
     character(:), allocatable, intent(out), optional :: message
     character(kind=c_char, len=message_size) :: buffer
 
@@ -129,7 +130,8 @@ contains
     end if
   end subroutine insert_petsc_options
 
-  !> Returns the options that no object used, each as `-name`.
+  !> Returns the PETSc options that no object on this rank has used until now, each as `-name`. A list of more than 4096 characters
+  !> is cut.
   subroutine unused_petsc_options(names, ierr)
     type(string_t), allocatable, intent(out) :: names(:)
     PetscErrorCode, intent(out) :: ierr
@@ -146,7 +148,7 @@ contains
     end do
   end subroutine unused_petsc_options
 
-  !> Returns the versions of PETSc, SLEPc and MPI in use, in this order.
+  !> Returns the versions of PETSc and SLEPc in use, such as 3.18.5, then the name and version of the MPI library.
   subroutine library_versions(versions, ierr)
     type(string_t), allocatable, intent(out) :: versions(:)
     PetscErrorCode, intent(out) :: ierr
@@ -157,7 +159,7 @@ contains
     versions = split(buffer(:index(buffer, c_null_char) - 1), ';')
   end subroutine library_versions
 
-  !> Creates a square AIJ matrix with memory for the given numbers of blocks per local block row. Collective on comm.
+  !> Creates an empty square AIJ matrix with memory for the given numbers of blocks per local block row. Collective on comm.
   subroutine create_matrix(comm, n_local, block_size, diagonal, off_diagonal, matrix, ierr)
     MPI_Comm, intent(in) :: comm
     !> number of rows of this rank
