@@ -52,7 +52,7 @@ module sig_contact_rows
 
 contains
 
-  !> Makes the rows from the lists of their nodes.
+  !> Makes the rows, one for each entry of n_first, from the lists of their nodes.
   pure subroutine create_contact_rows(n_first, n_second, nodes, weights, gap, areas, contact_entry, rows)
     !> numbers of nodes of the first and of the second side of each row, shape (n_rows)
     integer, intent(in) :: n_first(:), n_second(:)
@@ -209,8 +209,8 @@ contains
     end do
   end function rows_per_node
 
-  !> Finds the rows of one node on either side whose nodes are in no other row, and lists both nodes. The partition keeps both nodes
-  !> on one rank.
+  !> Finds the rows that have exactly one node on each side, where neither node is in another row, and lists these nodes. The
+  !> partition keeps both nodes of such a row on one rank.
   pure subroutine tied_nodes(self, n_nodes, first, second)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: n_nodes
@@ -230,11 +230,11 @@ contains
     second = pack(nodes(2, :), is_tied)
   end subroutine tied_nodes
 
-  !> Lists the nodes of one side of all rows, for files. The nodes of row k are starts(k) + 1 ... starts(k + 1) in the list; on the
-  !> first side the owner comes first.
+  !> Lists the nodes of one side of all rows and their weights, for files. Those of row k are the entries starts(k) + 1 ... starts(k
+  !> + 1) of both lists; on the first side the owner comes first. An obstacle has no nodes on the second side.
   pure subroutine list_side(self, is_second, starts, nodes, weights)
     class(contact_rows_t), intent(in) :: self
-    !> whether to list the second side
+    !> whether to list the second side, and not the first
     logical, intent(in) :: is_second
     !> shape (n_rows + 1)
     integer, allocatable, intent(out) :: starts(:)

@@ -25,7 +25,8 @@ contains
     n_strains = row%n_strains
   end function n_strains
 
-  !> Returns Hooke's matrix for the components that do work; shear strains are angles (2 eps_xy).
+  !> Returns Hooke's matrix for the components that do work, in the order of mechanical_model_t%strains; shear strains are angles (2
+  !> eps_xy). Does not check the constants.
   pure function hooke_matrix(model, young_modulus, poisson_ratio) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -82,7 +83,7 @@ contains
   !> Returns the part of stress_matrix that belongs to one modulus, for a modulus of 1: for the bulk modulus sigma = (tr eps) I, for
   !> the shear modulus sigma = 2 (eps - (tr eps) / d I). Both matrices are positive semidefinite.
   !>
-  !> d = 3. In plane stress d = 2, and tr eps and I are those of the plane.
+  !> d is 3, but 2 in plane stress, where tr eps and I are those of the plane. Shear strains are angles.
   pure function hooke_term(model, i_term) result(hooke)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -107,14 +108,14 @@ contains
     end do
   end function hooke_term
 
-  !> Returns the modulus of a hooke_term as an expression. Bulk: E / (3 (1 - 2 nu)), in plane stress E / (2 (1 - nu)). Shear:
-  !> E / (2 (1 + nu)).
+  !> Returns the text of the expression by which the modulus of a hooke_term follows from E and nu. Bulk: E / (3 (1 - 2 nu)), in
+  !> plane stress E / (2 (1 - nu)). Shear: E / (2 (1 + nu)).
   pure function modulus_text(model, i_term, young_modulus, poisson_ratio) result(text)
     !> name of a mechanical model
     character(*), intent(in) :: model
     !> 1 = bulk, 2 = shear
     integer, intent(in) :: i_term
-    !> expressions of E and nu
+    !> texts of the expressions of E and nu
     character(*), intent(in) :: young_modulus
     character(*), intent(in) :: poisson_ratio
     character(:), allocatable :: text

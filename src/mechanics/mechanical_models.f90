@@ -52,7 +52,7 @@ contains
     end do
   end function mechanical_model
 
-  !> Returns the names that the coordinates have in expressions of the deck, shape (n_dim).
+  !> Returns the names that the coordinates have in expressions of the deck, such as r and z; shape (n_dim).
   pure function coordinate_names(model) result(names)
     type(mechanical_model_t), intent(in) :: model
     type(string_t), allocatable :: names(:)

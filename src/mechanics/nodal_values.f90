@@ -39,8 +39,10 @@ contains
     areas(rows%owners()) = rows%areas
   end function nodal_areas
 
-  !> Returns the contact pressure at each node, by the rules of the module. The pressure of a row is its multiplier over its area,
-  !> or 0 if the area is not positive. All other nodes have the pressure 0.
+  !> Returns the contact pressure at each node. The pressure of a row is its multiplier over its area, or 0 if the area is not
+  !> positive. An owner has the pressure for which the sum of share times pressure over the first side of its row is the pressure of
+  !> the row. Any other node of a second side has the mean pressure of its rows, weighted by area times size of its share. All other
+  !> nodes have 0.
   pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
@@ -67,8 +69,9 @@ contains
     where (.not. is_owner .and. weights > 0) pressures = sums / weights
   end function nodal_pressures
 
-  !> Returns the gap at each node: at an owner by the rule of the module, at other nodes the smallest opening of the rows that
-  !> contain the node.
+  !> Returns the gap at each node. An owner has the gap for which the sum of share times gap over the first side of its row is the
+  !> opening of the row (gaps along other normals count with their component along this row's normal). Any other node has the
+  !> smallest opening of the rows that contain it.
   pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
     type(contact_rows_t), intent(in) :: rows
     !> [length] gap of each row after the displacement, shape (n_rows)

@@ -17,7 +17,7 @@ module sig_strain_map
     integer, allocatable :: nodes(:)
     !> [1/length] g of each entry, shape (3, n_entries); in axisymmetry the third one is N / r
     real(rk), allocatable :: gradients(:, :)
-    !> material of each row, 0 = none; shape (n_rows)
+    !> material of each row, 1-based, 0 = none; shape (n_rows)
     integer, allocatable :: materials(:)
     !> imposed strains: imposed(:, i), times the value of term imposed_terms(i), adds to row imposed_rows(i); [-] shears as angles,
     !> shape (n_stresses, n)
@@ -41,7 +41,8 @@ contains
     if (allocated(self%materials)) n_rows = size(self%materials)
   end function n_rows
 
-  !> Computes the total strains that belong to a displacement: elastic strains plus imposed strains.
+  !> Computes the total strains (elastic plus imposed) of each row from a displacement. Components that the model does not have are
+  !> zero; in plane stress this holds for eps_zz, too.
   pure subroutine fill_strains(self, model, displacement, strains)
     class(strain_map_t), intent(in) :: self
     type(mechanical_model_t), intent(in) :: model
@@ -67,7 +68,7 @@ contains
     end do
   end subroutine fill_strains
 
-  !> Computes the imposed strains from the values of their terms.
+  !> Computes the imposed strains of each row from the values of their terms. Rows without imposed strains get zeros.
   pure subroutine fill_imposed(self, theta, strains)
     class(strain_map_t), intent(in) :: self
     !> [-] values of the terms that imposed_terms names
@@ -84,7 +85,7 @@ contains
     end do
   end subroutine fill_imposed
 
-  !> Computes the stresses that belong to elastic strains; zero in rows without a material.
+  !> Computes the stresses of each row from its elastic strains (total minus imposed); zero in rows without a material.
   pure subroutine fill_stresses(self, laws, strains, stresses)
     class(strain_map_t), intent(in) :: self
     !> [force/length**2] stress_matrix of each material, shape (n_stresses, n_stresses, n_materials)
