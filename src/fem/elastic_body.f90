@@ -76,7 +76,8 @@ contains
     end do
   end subroutine set_moduli
 
-  !> Sets the matrix of elasticity of each material directly, for example to one part of Hooke's matrix.
+  !> Sets `hooke` and `stress_matrix` of all materials to given matrices, for example to the part of Hooke's matrix that belongs to
+  !> one modulus.
   pure subroutine set_stresses(self, matrices)
     class(elastic_body_t), intent(inout) :: self
     !> [force/length**2] all stresses from all elastic strains, shape (n_stresses, n_stresses, n_materials)

@@ -71,10 +71,11 @@ contains
     end associate
   end subroutine add_forces
 
-  !> Adds a term that is a force of 1 on one dof.
+  !> Adds an entry of 1: the value of the term is then the force [force] on the dof.
   pure subroutine add_unit(self, i_term, dof)
     class(load_pattern_t), intent(inout) :: self
     integer, intent(in) :: i_term
+    !> natural
     integer, intent(in) :: dof
 
     call append(self, [dof], [i_term], [1.0_rk])
@@ -93,7 +94,7 @@ contains
     self%values = [self%values, values]
   end subroutine append
 
-  !> Returns the forces F(mu). Forces that are only rounding errors are set to zero.
+  !> Returns the nodal forces F(mu). A force that is rounding compared with the largest of part_sizes is set to zero.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
@@ -110,7 +111,7 @@ contains
     where (abs(forces) <= rounding * maxval(self%part_sizes(theta, n_dofs))) forces = 0
   end function forces
 
-  !> Returns for each dof the sum of the absolute values of what the entries add to its force.
+  !> Returns for each dof the sum over its entries of |value * theta|: what `forces` would be if no parts canceled.
   pure function part_sizes(self, theta, n_dofs) result(sizes)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)

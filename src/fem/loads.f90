@@ -15,8 +15,9 @@ module sig_loads
 
 contains
 
-  !> Makes the pattern of all loads, and adds their terms behind those that are there. Errors: those of add_surface_load and
-  !> add_body_load.
+  !> Makes the pattern of all loads of the deck, and adds their terms behind those that are there.
+  !>
+  !> Errors: unknown surface or region; a facet that is not the side of one cell only; a function of the place that is not finite.
   subroutine create_loads(mesh, body, loads, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

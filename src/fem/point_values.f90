@@ -31,8 +31,11 @@ contains
   subroutine evaluate_at_points(mesh, body, cells, value, coordinate_names, values, bad_cell)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: cells(:)
+    !> only its text is read
     type(value_config_t), intent(in) :: value
+    !> names of the coordinates in the expression, shape (n_dim)
     type(string_t), intent(in) :: coordinate_names(:)
     !> shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)

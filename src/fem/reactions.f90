@@ -25,14 +25,16 @@ module sig_reactions
 
 contains
 
-  !> Adds up the nodal reactions of each boundary. Boundaries come in the order of the entries, each once.
+  !> Adds up the nodal reactions, along the components that it prescribes, of each boundary. Boundaries come in the order of the
+  !> entries, each once.
   !>
   !> A dof that two boundaries share counts for the first one, so that the sum of all resultants is the whole reaction. Requires:
   !> create_boundary_conditions accepted the entries; an unknown boundary gets no forces.
   pure subroutine boundary_reactions(mesh, entries, nodal_reactions, reactions)
     type(mesh_t), intent(in) :: mesh
+    !> section boundary_conditions of the deck
     type(boundary_config_t), intent(in) :: entries(:)
-    !> [force] natural, shape (n_dofs)
+    !> [force] of the supports on the body, natural, shape (n_dofs)
     real(rk), intent(in) :: nodal_reactions(:)
     type(reaction_t), allocatable, intent(out) :: reactions(:)
     type(error_t), allocatable :: error

@@ -23,7 +23,7 @@ contains
   !> a part has one term, that of its strain. Otherwise it has one term with the bulk modulus as a factor and one with the shear
   !> modulus; a term whose forces are all zero is left out.
   !>
-  !> Errors: as find_term.
+  !> Errors: strain times modulus is not a valid expression, for example because it is too long.
   subroutine add_strain_forces(mesh, body, deck, strains, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -38,7 +38,7 @@ contains
   !> Creates the imposed strains of the deck. Entries on the same region add up. A region may have several materials.
   !>
   !> Errors: unknown region; a temperature on a material without thermal_expansion; a function of the place that is not finite at
-  !> an integration point; those of find_term.
+  !> an integration point; a product of expressions of the deck that is not valid, for example because it is too long.
   subroutine create_imposed_strains(mesh, body, deck, fields, strains, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -16,6 +16,7 @@ contains
   pure function nodal_areas(mesh, body, facets) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: facets(:)
     !> [length**2, length in the plane] shape (n_nodes)
     real(rk) :: areas(mesh%n_nodes)
