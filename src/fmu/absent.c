@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Functions of FMI 3.0 that this unit does not need but must have: modes in which nothing happens, and continuous
+/* Functions of FMI 3.0 that the FMU does not need but must have: modes in which nothing happens, and continuous
  * states, event indicators, variables of other types, clocks and partitions, of which it has none. */
 #include "unit.h"
 
@@ -15,7 +15,7 @@ MODE(fmi3EnterContinuousTimeMode)
 MODE(fmi3EnterStepMode)
 MODE(fmi3EvaluateDiscreteStates)
 
-/* The unit has no variable of the type: an empty list is accepted, any other one is an error. */
+/* The FMU has no variable of the type: an empty list is accepted, any other one is an error. */
 static fmi3Status refuse(fmi3Instance instance, size_t n) {
   return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this unit has no variable of this type");
 }

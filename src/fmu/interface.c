@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* The functions of FMI 3.0 that this unit supports. Its outputs are functions of its inputs at the same time, so there
+/* The functions of FMI 3.0 that the FMU supports. Its outputs are functions of its inputs at the same time, so there
  * are no states and no events. */
 #include "unit.h"
 
@@ -52,7 +52,8 @@ FMI3_EXPORT fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
   return fmi3OK;
 }
 
-/* The inputs at the end of the step are set already, and the outputs depend on nothing else. */
+/* The inputs at the end of the step are set already, and the outputs depend on nothing else. If there are no outputs,
+ * the time stays at the start of the step. */
 FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3Float64 step, fmi3Boolean is_final,
                                   fmi3Boolean *needs_events, fmi3Boolean *terminates, fmi3Boolean *is_early,
                                   fmi3Float64 *last_time) {
@@ -112,7 +113,8 @@ FMI3_EXPORT fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueRefe
   return fmi3OK;
 }
 
-/* Products of the matrix of derivatives d unknown / d known, or of its transpose, with the vector `seed`. */
+/* Computes the product of the matrix of derivatives d unknown / d known, or of its transpose, with the vector `seed`.
+ * Unknowns must be areas, forces, moments or displacements; knowns must be inputs. */
 static fmi3Status multiply(unit_t *unit, const fmi3ValueReference unknowns[], size_t n_unknowns,
                            const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                            fmi3Float64 sensitivity[], bool is_adjoint) {
@@ -153,7 +155,7 @@ FMI3_EXPORT fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi
   return multiply(instance, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity, true);
 }
 
-/* The state of a unit: its time and its inputs. */
+/* The state of an FMU: its time and its inputs. */
 FMI3_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
   const unit_t *const unit = instance;
   const size_t n = (size_t)unit->sizes.n_parameters;

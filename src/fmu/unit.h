@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* An instance of a unit: a model with its own context, the inputs, and the outputs at these inputs. */
+/* An instance of an FMU (functional mock-up unit): a model with its own context, the inputs, and the outputs at these
+ * inputs. */
 #ifndef SIGNOROM_UNIT_H
 #define SIGNOROM_UNIT_H
 
 #include "fmi3.h"
 #include "signorom.h"
 
-/* Kind of an output. `entry` is the contact of the deck or the node of the output, `component` its direction. */
+/* What an output is: area, force or moment of a contact of the deck, displacement of a node, certificate, or whether
+ * the inputs are inside of the box. `entry` is the contact, or the place of the node in `nodes`; `component` is the
+ * direction. Both count from 0; outputs that have none do not use them. */
 typedef enum { OUTPUT_AREA, OUTPUT_FORCE, OUTPUT_MOMENT, OUTPUT_DISPLACEMENT, OUTPUT_BOUND, OUTPUT_INSIDE } output_kind;
 
 typedef struct {
@@ -19,7 +22,7 @@ typedef struct {
   signorom_model *model;
   signorom_context *context;
   signorom_sizes sizes;
-  int n_entries, n_moments;
+  int n_entries, n_moments; /* contacts of the deck; components of a moment */
   int n_outputs;
   output_t *outputs;
   int n_nodes;
@@ -28,7 +31,7 @@ typedef struct {
   double *inputs;   /* [n_parameters] */
   double *values;   /* outputs at these inputs, valid if is_current; [n_outputs] */
   double *gradient; /* derivatives of the outputs, valid if has_gradient; [n_parameters][n_outputs] */
-  double *room;     /* for one answer: multipliers, areas, forces, moments, displacements, and their derivatives */
+  double *room;     /* work space: multipliers, areas, forces, moments, displacements of an answer, or derivatives */
   bool is_current, has_gradient;
   double time;
   fmi3InstanceEnvironment environment;
@@ -44,16 +47,20 @@ static inline bool is_output(const unit_t *unit, fmi3ValueReference reference) {
          reference - 1 - (unsigned)unit->sizes.n_parameters < (unsigned)unit->n_outputs;
 }
 
-/* Opens the model and the table of outputs in the folder `resources`. Null after a failure, whose reason is in the log.
- */
+/* Opens the model (model.h5) and the table of outputs (outputs.txt) in the folder `resources`, and sets the inputs to
+ * their start values. The table must begin with the same `token`. Returns null after a failure; the log has the reason,
+ * except where there is no memory for the first allocation. unit_free frees the instance. */
 unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironment environment,
                     fmi3LogMessageCallback log);
+/* Closes the model and frees the instance; null is allowed. */
 void unit_free(unit_t *unit);
 /* Sets the inputs to their start values. */
 void unit_reset(unit_t *unit);
-/* Computes the outputs at the present inputs. fmi3Discard: the model has no answer, and there are no values. */
+/* Computes the outputs at the present inputs, unless they are known. fmi3Discard: the model has no answer, and there
+ * are no values. Inputs outside of the trained box give fmi3OK and a warning in the log. */
 fmi3Status unit_evaluate(unit_t *unit);
-/* Computes the derivatives of the outputs at the present inputs. fmi3Discard: there are no derivatives. */
+/* Computes the derivatives of the outputs with respect to the inputs at the present inputs, unless they are known.
+ * fmi3Discard: there is no answer, or it has no derivatives. */
 fmi3Status unit_differentiate(unit_t *unit);
 /* Gives a message to the log of the importer, and returns the status. */
 fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message);
