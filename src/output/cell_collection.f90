@@ -50,7 +50,7 @@ contains
     call self%add(mesh%cell_types, mesh%cell_offsets(2:) - mesh%cell_offsets(:mesh%n_cells), mesh%cell_nodes, labels)
   end subroutine add_bodies
 
-  !> Adds some facets of a mesh. All of them get the same labels.
+  !> Adds some facets of a mesh as cells. All of them get the same labels.
   pure subroutine add_facets(self, mesh, facets, numbers, labels)
     class(cell_collection_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -71,7 +71,7 @@ contains
   !> Adds lines between two nodes.
   pure subroutine add_lines(self, from, to, labels)
     class(cell_collection_t), intent(inout) :: self
-    !> first and second node of each line, shape (n_lines)
+    !> first and second node of each line, as numbers in the collection, 1-based; shape (n_lines)
     integer, intent(in) :: from(:), to(:)
     !> shape (n_labels, n_lines)
     integer, intent(in) :: labels(:, :)
@@ -81,11 +81,12 @@ contains
       [(from(i), to(i), i=1, size(from))], labels)
   end subroutine add_lines
 
-  !> Adds single nodes.
+  !> Adds single nodes, each as a cell of one node.
   pure subroutine add_points(self, nodes, labels)
     class(cell_collection_t), intent(inout) :: self
+    !> their numbers in the collection, 1-based
     integer, intent(in) :: nodes(:)
-    !> shape (n_labels)
+    !> the same for all of them, shape (n_labels)
     integer, intent(in) :: labels(:)
     integer :: i
 

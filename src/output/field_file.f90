@@ -55,7 +55,7 @@ module sig_field_file
 
 contains
 
-  !> Starts the file and writes the mesh. Errors: the file cannot be created.
+  !> Starts the files and writes the mesh. Errors: the HDF5 file cannot be created.
   subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error)
     class(field_file_t), intent(inout) :: self
     !> path of the HDF5 file, which ends with .h5
@@ -85,12 +85,12 @@ contains
     call write_topology(mesh, self%file, self%mesh)
   end subroutine create
 
-  !> Starts the next point.
+  !> Starts the next parameter point: all that the add procedures write from here on, except for add_shared_array, belongs to it.
   subroutine start_point(self, label, parameters)
     class(field_file_t), intent(inout) :: self
     !> name of the point in ParaView, e.g. `squeeze = 0.2`
     character(*), intent(in) :: label
-    !> in the order of the names given to create
+    !> values in the order of the names given to create, and in their units
     real(rk), intent(in) :: parameters(:)
     character(16) :: number
     integer :: i
@@ -126,7 +126,7 @@ contains
     call self%xdmf%add(xdmf_grid(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grid, max(1, self%n_points)))
   end subroutine end_grid
 
-  !> Adds a number of the point, e.g. a resultant.
+  !> Adds a number of the present point, e.g. a resultant: a scalar in the HDF5 file and field data for viewers.
   subroutine add_number(self, name, value, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -156,7 +156,7 @@ contains
     call move_alloc(numbers, self%grid%numbers)
   end subroutine note_number
 
-  !> Adds a field of one number per node.
+  !> Adds a field of one number per node to the present point. A wrong number of values is an error, which close returns.
   subroutine add_node_scalar(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -170,7 +170,8 @@ contains
     call note_field(self, name, n_components=1)
   end subroutine add_node_scalar
 
-  !> Adds a field of several numbers per node.
+  !> Adds a field of several numbers per node to the present point; the type says which components are added as zeros. A wrong
+  !> number of values is an error, which close returns.
   subroutine add_node_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -183,7 +184,7 @@ contains
     call add_components(self, name, values, unit, description, .false.)
   end subroutine add_node_vector
 
-  !> Adds a field of one number per cell.
+  !> Adds a field of one number per cell to the present point. A wrong number of values is an error, which close returns.
   subroutine add_cell_scalar(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -211,7 +212,8 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true., is_integer=.true.)
   end subroutine add_cell_integer
 
-  !> Adds a field of several numbers per cell.
+  !> Adds a field of several numbers per cell to the present point; the type says which components are added as zeros. A wrong
+  !> number of values is an error, which close returns.
   subroutine add_cell_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -298,7 +300,7 @@ contains
     end associate
   end subroutine note_field
 
-  !> Adds an array of the present point that is not a field of the mesh.
+  !> Adds an array of the present point that is not a field of the mesh: of any size, in the HDF5 file only.
   subroutine add_real_array(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -370,7 +372,8 @@ contains
     call self%file%write('/' // name, values, unit, description)
   end subroutine add_shared_texts
 
-  !> Completes the files and gives them their final names, the XDMF file last. Errors: the first failure since create.
+  !> Completes the files and gives them their final names, the XDMF file last. Errors: the first failure since create (then there
+  !> are no new files); a file cannot be completed.
   subroutine close_file(self, error)
     class(field_file_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -151,7 +151,7 @@ contains
     end do
   end subroutine spread_out
 
-  !> Returns the number of the entry of a key, 0 if there is none.
+  !> Returns the number of the entry of a key at the top or below a given entry, 0 if there is none.
   pure integer function find(self, key, i_parent) result(i)
     class(report_tree_t), intent(in) :: self
     !> one key, not a path
@@ -176,7 +176,8 @@ contains
     has_keys = self%entries(i)%i_first > 0
   end function has_keys
 
-  !> Returns an entry with everything below it as YAML, or the whole tree; each line has its end.
+  !> Returns an entry with everything below it as YAML, or the whole tree. Every line, the last one too, ends with a line break; an
+  !> empty tree gives an empty text.
   function tree_text(self, i_entry) result(text)
     class(report_tree_t), intent(in) :: self
     !> number of the entry; default: the whole tree

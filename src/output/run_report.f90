@@ -101,7 +101,7 @@ contains
     call self%tree%set(key, '[' // join(words, ', ') // ']', .false.)
   end subroutine add_texts
 
-  !> Puts lines of YAML below a key without a change, except for their indent.
+  !> Puts lines of YAML below a key without a change, except for their indent; empty lines are left out.
   subroutine add_yaml(self, key, yaml)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -119,8 +119,8 @@ contains
     text = self%tree%text()
   end function report_text
 
-  !> Adds sections, and keys of sections, that an earlier report of the same deck and provenance has and this one has not. A report
-  !> of another deck or provenance adds nothing.
+  !> Adds sections (keys at the top), and keys of sections, that an earlier report of the same deck and provenance has and this one
+  !> has not. A report of another deck or provenance adds nothing.
   subroutine complete(self, earlier, left_out)
     class(run_report_t), intent(inout) :: self
     !> text of the earlier report, as text() makes it

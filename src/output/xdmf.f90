@@ -48,7 +48,7 @@ module sig_xdmf
 
 contains
 
-  !> Returns the text before the grids. A file needs at least one grid. All grids form one temporal collection.
+  !> Returns the text of an XDMF file before its grids. A file needs at least one grid. All grids form one temporal collection.
   pure function xdmf_head() result(text)
     character(:), allocatable :: text
 
@@ -56,7 +56,7 @@ contains
       '    <Grid Name="points" GridType="Collection" CollectionType="Temporal">' // nl
   end function xdmf_head
 
-  !> Returns the text after the grids.
+  !> Returns the text of an XDMF file after its grids.
   pure function xdmf_tail() result(text)
     character(:), allocatable :: text
 
@@ -94,7 +94,8 @@ contains
     end do
   end function topology_name
 
-  !> Returns the grid of one parameter point. Its "time" is the number of the point, counted from 1.
+  !> Returns the text of the grid of one parameter point: mesh, fields, numbers. Its "time" is the number of the point, counted from
+  !> 1.
   pure function xdmf_grid(h5_name, mesh, grid, i_grid) result(text)
     !> name of the HDF5 file as seen from the folder of the XDMF file
     character(*), intent(in) :: h5_name
