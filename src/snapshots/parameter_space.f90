@@ -21,10 +21,11 @@ module sig_parameter_space
 
 contains
 
-  !> Builds the points that a deck asks for.
+  !> Builds the points that a deck asks for. Requires: the set is a grid, a Sobol sequence, a Latin hypercube or a list (CSV file).
   !>
   !> Grid: the first parameter varies slowest, ends included, value i of n is minimum + (maximum - minimum) * (i - 1) / (n - 1);
-  !> a grid of one value takes the minimum. Errors: those of read_points for a list; a point of a list is outside of the box.
+  !> a grid of one value takes the minimum. Errors, for a list only: the file is missing or damaged (read_points), or a point is
+  !> outside of the box.
   subroutine build_points(point_set, parameters, points, error)
     type(point_set_config_t), intent(in) :: point_set
     type(parameter_config_t), intent(in) :: parameters(:)
@@ -95,7 +96,7 @@ contains
     if (i_value_0 == n_values - 1) value = maximum
   end function grid_value
 
-  !> Returns `squeeze = 0.2 m, angle = 3`, for logs and messages.
+  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, for logs and messages; numbers have up to 10 digits.
   pure function format_point_of_deck(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), intent(in) :: point(:)
@@ -111,11 +112,12 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> Returns the same text from names, with or without units.
+  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, from names of parameters, with or without units.
   pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
-    real(rk), intent(in) :: point(:)
     !> in the order of the names
+    real(rk), intent(in) :: point(:)
+    !> in the order of the names; default: no units
     type(string_t), intent(in), optional :: units(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(names))

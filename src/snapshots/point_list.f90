@@ -46,7 +46,8 @@ module sig_point_list
 
 contains
 
-  !> Opens the file and reads the line with the names. Errors: those of the file and of this line.
+  !> Opens the file and reads the line with the names; a list that is open must be closed before. Errors: the file is missing, a
+  !> folder, binary, empty or cannot be read; an unknown, repeated or missing column. The list is then closed.
   subroutine open_list(self, path, names, error)
     class(point_list_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -90,7 +91,10 @@ contains
       ') and a line per point are needed', file=self%path)
   end subroutine report_nothing
 
-  !> Reads the next points, at most as many as `points` has columns. n_points is 0 at the end of the list. Errors: see above.
+  !> Reads the next points, at most as many as `points` has columns. n_points is 0 at the end of the list. Requires: open.
+  !>
+  !> Errors: a line with too few or too many values, or with a value that is no number or outside of the box; no point in the whole
+  !> file; the file cannot be read. Points of the lines before a bad one are set, but n_points counts the bad one, too.
   subroutine next(self, points, n_points, error, box)
     class(point_list_t), intent(inout) :: self
     !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
@@ -122,9 +126,11 @@ contains
     self%is_open = .false.
   end subroutine close_list
 
-  !> Reads all points of a file. Errors: see above.
+  !> Reads all points of a CSV file. Errors: the file is missing, a folder, binary or cannot be read; an unknown, repeated or
+  !> missing column; a line with a wrong number of values; a value that is no number or outside of the box; no point at all.
   subroutine read_points(path, names, points, error, box)
     character(*), intent(in) :: path
+    !> of the parameters
     type(string_t), intent(in) :: names(:)
     !> shape (n_parameters, n_points), in the order of names
     real(rk), allocatable, intent(out) :: points(:, :)

@@ -46,10 +46,12 @@ module sig_selection
 
 contains
 
-  !> Starts a selection without points.
+  !> Starts a selection without points, which is not finished.
   subroutine start(self, settings, rule, n_parameters)
     class(selection_t), intent(out) :: self
+    !> hash of the settings, as in the type
     character(16), intent(in) :: settings
+    !> indicator, tolerance and largest number of points, as text for people
     character(*), intent(in) :: rule
     integer, intent(in) :: n_parameters
 
@@ -85,7 +87,7 @@ contains
     self%stopped_by = ''
   end subroutine shorten
 
-  !> Writes the table, and replaces an existing one as a whole. Errors: the file cannot be written.
+  !> Writes the table selection.csv, and replaces an existing one as a whole. Errors: the file cannot be written.
   subroutine write_selection(path, names, selection, error)
     character(*), intent(in) :: path
     !> names of the parameters
@@ -114,11 +116,12 @@ contains
     call write_text_file(path, text, error)
   end subroutine write_selection
 
-  !> Reads the table of a selection. The result has no points if the file is missing or was made with other settings.
+  !> Reads the table of a selection, selection.csv. The result has no points if the file is missing or was made with other settings.
   !>
   !> Errors: the file cannot be read, or a line is damaged.
   subroutine read_selection(path, settings, rule, n_parameters, selection, error)
     character(*), intent(in) :: path
+    !> as for start
     character(16), intent(in) :: settings
     !> as for start; if the rule of the table differs, the selection counts as not finished
     character(*), intent(in) :: rule

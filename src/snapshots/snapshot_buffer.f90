@@ -32,10 +32,13 @@ module sig_snapshot_buffer
 
 contains
 
-  !> Opens the shard. Errors: those of shard_writer_t%create.
+  !> Opens the shard for appending, and starts with an empty buffer. Errors: the file is no shard, is of another deck, mesh, size or
+  !> format, or cannot be written.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(snapshot_buffer_t), intent(inout) :: self
+    !> path of the shard
     character(*), intent(in) :: path
+    !> hash of the deck's physics and of the mesh
     character(16), intent(in) :: provenance
     integer, intent(in) :: n_parameters
     integer, intent(in) :: n_dofs
@@ -49,10 +52,11 @@ contains
     call self%writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
   end subroutine create
 
-  !> Adds records, whose arrays are moved; writes all records if the time or the memory for them is used up. Errors: those of
-  !> shard_writer_t%append.
+  !> Adds records. Writes all records of the buffer if some would otherwise wait, by estimate, for more than 0.9 s, or if their
+  !> displacements have 200 MB. Errors: they cannot be written, or the shard was removed or moved.
   subroutine add(self, records, error)
     class(snapshot_buffer_t), intent(inout) :: self
+    !> at least one; their arrays are moved into the buffer
     type(snapshot_record_t), intent(inout) :: records(:)
     type(error_t), allocatable, intent(out) :: error
     real(rk) :: next_time
@@ -65,7 +69,8 @@ contains
       8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
   end subroutine add
 
-  !> Writes the records that are not written yet. Errors: those of shard_writer_t%append.
+  !> Writes the records of the buffer, and empties it. Errors: they cannot be written, or the shard was removed or moved; the
+  !> records are then lost.
   subroutine flush_records(self, error)
     class(snapshot_buffer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -76,11 +81,11 @@ contains
     self%empty_time = wall_time()
   end subroutine flush_records
 
-  !> Closes the shard. Records that are not written yet are written, or stay in the buffer if is_kept. Errors: those of
-  !> shard_writer_t%append and close.
+  !> Closes the shard. Records that are not written yet are written, or stay in the buffer if is_kept. Errors: the disk fails or is
+  !> full; the shard was removed or moved.
   subroutine close_buffer(self, is_kept, error)
     class(snapshot_buffer_t), intent(inout) :: self
-    !> the caller takes the records from the buffer
+    !> whether the caller takes the records from the component `records`
     logical, intent(in) :: is_kept
     type(error_t), allocatable, intent(out) :: error
     type(error_t), allocatable :: close_error

@@ -127,6 +127,7 @@ contains
   !> Errors: the file is missing, is no shard, is of another deck, mesh, size or format, or cannot be read.
   subroutine read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
     character(*), intent(in) :: path
+    !> as for create
     character(16), intent(in) :: provenance
     integer, intent(in) :: n_parameters
     integer, intent(in) :: n_dofs
@@ -161,7 +162,7 @@ contains
     code = sig_shard_close(handle)
   end subroutine read_shard
 
-  !> Appends records to a list. Their arrays are moved, not copied.
+  !> Appends records to a list. Their arrays are moved, not copied: those of `records` are not allocated afterwards.
   pure subroutine append_records(records, list)
     type(snapshot_record_t), intent(inout) :: records(:)
     type(snapshot_record_t), allocatable, intent(inout) :: list(:)

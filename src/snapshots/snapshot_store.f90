@@ -52,14 +52,14 @@ module sig_snapshot_store
 contains
 
   !> Reduces a set to the snapshots of the given points, in their order. A point without a snapshot gets no column. Of several
-  !> snapshots of one point the last solved one is taken.
+  !> snapshots of one point the last solved one is taken, or the first one if none is solved.
   pure subroutine take_points(set, points, is_missing, numbers)
     type(snapshot_set_t), intent(inout) :: set
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> the set has no snapshot of the point, shape (n_points)
+    !> whether the set has no snapshot of the point, shape (n_points)
     logical, intent(out) :: is_missing(:)
-    !> numbers of the columns that were taken, 1-based
+    !> numbers that the taken columns had in the set before, 1-based
     integer, allocatable, intent(out) :: numbers(:)
     integer :: column_of_point(size(points, 2)), i
 
@@ -71,14 +71,14 @@ contains
   end subroutine take_points
 
   !> Picks the records of the given points, in their order. The arrays of the records are moved, not copied. Of several records of
-  !> one point the last solved one is taken.
+  !> one point the last solved one is taken, or the first one if none is solved.
   pure subroutine pick_records(records, points, picked, is_missing)
     type(snapshot_record_t), intent(inout) :: records(:)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> one per point that has a record
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
-    !> the point has no record, shape (n_points)
+    !> whether the point has no record, shape (n_points)
     logical, intent(out) :: is_missing(:)
     integer :: record_of_point(size(points, 2)), i_column, i_point
     real(rk) :: found(size(points, 1), size(records))
@@ -267,7 +267,7 @@ contains
     integer, intent(in), optional :: dofs(2)
     !> only the snapshots of these points are read, in their order; shape (n_parameters, n_points); needs is_missing
     real(rk), intent(in), optional :: points(:, :)
-    !> the point has no snapshot, shape (n_points)
+    !> whether the point has no snapshot, shape (n_points)
     logical, intent(out), optional :: is_missing(:)
     type(h5_reader_t) :: file
     integer, allocatable :: numbers(:)

@@ -74,7 +74,7 @@ contains
     end do
   end function forces
 
-  !> Returns a training set of the snapshots with these numbers.
+  !> Returns a training set of the snapshots with these numbers in this one. It has pointers into the same sets.
   function select_snapshots(self, numbers) result(some)
     class(training_set_t), intent(in) :: self
     !> 1-based
