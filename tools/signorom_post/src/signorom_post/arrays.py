@@ -24,7 +24,10 @@ class Quantity:
 
 
 def as_number(value: Any) -> float | None:
-    """Returns the number in a YAML value, or None. A text such as `1e8`, no number in YAML 1.1, counts as a number."""
+    """Returns a YAML value as a number; None if it is true, false or no number.
+
+    A text such as `1e8`, which is no number in YAML 1.1, counts as a number.
+    """
     if isinstance(value, bool):
         return None
     if isinstance(value, int | float):
@@ -38,12 +41,12 @@ def as_number(value: Any) -> float | None:
 
 
 def format_number(value: float) -> str:
-    """Returns a number with four significant digits and without trailing zeros: 0.2, 3.217, 1.08e-05."""
+    """Returns a number with four significant digits and without trailing zeros: 0.2, 3.217, 1.08e-05; inf or nan."""
     return f"{value:.4g}" if math.isfinite(value) else str(value)
 
 
 def power_of_ten(value: float) -> str:
-    """Returns a positive number in matplotlib's mathtext, such as 10^{-8} or 2.5 x 10^{-8}."""
+    """Returns a positive number with two digits in matplotlib's mathtext, such as 10^{-8} or 2.5 x 10^{-8}."""
     mantissa, exponent = f"{value:.1e}".split("e")
     power = f"10^{{{int(exponent)}}}"
     return f"${power}$" if mantissa == "1.0" else rf"${mantissa}\times{power}$"

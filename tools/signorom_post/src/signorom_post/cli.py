@@ -37,8 +37,8 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command of `arguments` (default: those of the process) and returns the exit code.
 
-    0: success. 1: a number of the verification lies outside of its limits. 2: a file or an argument is wrong. 130: the
-    user stopped the command.
+    0: success. 1: a number of the verification lies outside of its limits. 2: a file is wrong, or cannot be written.
+    130: the user stopped the command. For wrong arguments (2), --help and --version (0), argparse raises SystemExit.
     """
     words = sys.argv[1:] if arguments is None else arguments
     options = _parser(words).parse_args(words)

@@ -57,7 +57,7 @@ class Outcome:
 def write_figures(
     results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """Writes the chosen figures one after the other into the folder `output`, and yields the outcome of each file.
+    """Writes the chosen figures into the folder `output`, which must exist, and yields the outcome of each file.
 
     A figure that cannot be drawn is left out, and the next one follows. OSError if a file cannot be written.
     """

@@ -140,7 +140,7 @@ def middle(model: Model) -> dict[str, float]:
 
 
 def has_gradient(model: Model) -> bool:
-    """Returns whether the model has derivatives at the start values."""
+    """Returns whether the model has derivatives at the start values of the FMU, the middle of the trained box."""
     try:
         _ = model.query(nodes=[], **middle(model)).gradient
     except NoAnswerError:
@@ -240,7 +240,7 @@ def documentation(model: Model) -> str:
 
 
 def libraries_of_unit() -> dict[str, Path]:
-    """Returns the libraries that the FMU must contain: name in the FMU -> file.
+    """Returns the shared libraries that the FMU must contain: name in the FMU -> file on this machine.
 
     In the name of the FMU's own binary, `{name}` stands for the identifier. InputError if a library is missing.
     """

@@ -60,7 +60,10 @@ class Handles:
 
     @contextmanager
     def context(self) -> Iterator[c_void_p]:
-        """Gives a context to a `with` block, in which no other caller has it. It is one that is free, or a new one."""
+        """Gives a context to a `with` block, in which no other caller has it. It is one that is free, or a new one.
+
+        ValueError if the model is closed, ModelError if a new context cannot be made.
+        """
         with self.model() as model:
             context = self._take() or self._new_context(model)
             try:

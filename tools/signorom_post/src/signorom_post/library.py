@@ -169,7 +169,7 @@ def load_library() -> ctypes.CDLL:
 
 
 def loaded_library() -> Path:
-    """Returns the file of the online library in this process. Requires: the library is loaded."""
+    """Returns the path of the online library that this process has loaded. Requires: load_library was called."""
     # the loader may have found it by its name alone
     with Path("/proc/self/maps").open() as maps:
         return next(Path(line.split()[-1]) for line in maps if "libsignorom_online" in line)

@@ -153,7 +153,7 @@ class Model:
 
     @property
     def contact_names(self) -> list[str]:
-        """Names of the two surfaces of each contact of the deck; empty if an earlier version wrote the file."""
+        """Surfaces of each contact of the deck, such as `lower - upper`; empty if an earlier version wrote the file."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             names = [self._library.signorom_contact_entry_name(model, i) for i in range(n_entries)]
@@ -161,7 +161,10 @@ class Model:
 
     @property
     def contact_entries(self) -> IntArray:
-        """Number, from 0, of the contact of the deck to which each contact force belongs; shape (n_contacts)."""
+        """Number, from 0, of the contact of the deck to which each contact force belongs; shape (n_contacts).
+
+        It is empty if an earlier version wrote the file.
+        """
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
@@ -175,9 +178,10 @@ class Model:
         return n_entries.value, n_moments.value
 
     def resultants(self, multipliers: FloatArray) -> Resultants:
-        """Returns areas, forces and moments of each contact of the deck from the contact forces.
+        """Returns closed area, resultant force and moment of each contact of the deck from the contact forces.
 
-        `multipliers` has the shape (n_contacts) or, for many answers, (n_points, n_contacts); else ValueError.
+        `multipliers` [force unit] has the shape (n_contacts) or, for many answers, (n_points, n_contacts); else
+        ValueError.
         """
         given = np.ascontiguousarray(multipliers, dtype=float)
         if given.ndim not in (1, 2) or given.shape[-1] != self._sizes.n_contacts:
@@ -208,7 +212,11 @@ class Model:
 
     @property
     def displacement_sources(self) -> IntArray:
-        """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes)."""
+        """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes).
+
+        This holds for answers of the reduced model itself. An answer by the full-order operator (method `condensed`)
+        may have exact displacements at all nodes.
+        """
         sources = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         with self._handles.model() as model:
             self._library.signorom_get_displacement_sources(model, ints(sources))
@@ -223,8 +231,9 @@ class Model:
     def fields(self, **values: float) -> Fields:
         """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError if the model has no answer, or no fields: its deck must have `reduction: {fields: true}`. Other
-        errors and the warning as for `query`.
+        NoAnswerError if the model has no answer, or no fields: its deck must have `reduction: {fields: true}`.
+        TypeError if a parameter is missing or unknown, ValueError if a value is not finite; ExtrapolationWarning if the
+        point lies outside of the trained box.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))

@@ -64,7 +64,10 @@ CAPTIONS = {
 
 
 def build_page(results: Results, log: Log) -> str:
-    """Returns the page as HTML; InputError if report.yaml is missing or damaged."""
+    """Returns the page as HTML. Pictures that cannot be drawn are left out.
+
+    InputError if report.yaml is missing or damaged, or if there is a check.h5 that cannot be used.
+    """
     report = results.report
     title = value_text(mapping(report.get("deck")).get("title"))
     return "\n".join(

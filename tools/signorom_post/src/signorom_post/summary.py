@@ -39,7 +39,10 @@ ABSENT = "-"
 
 
 def format_summary(report: dict[str, Any]) -> str:
-    """Returns the tables of sizes, reduction, errors, times, speed-up and contacts; missing sections are left out."""
+    """Returns the tables of sizes, reduction, errors, times, speed-up and contacts as text.
+
+    `report` is the contents of report.yaml. Sections that it does not have are left out.
+    """
     blocks = [_heading(report)]
     for key, heading in SECTIONS.items():
         section = report.get(key)
@@ -73,7 +76,8 @@ def _heading(report: dict[str, Any]) -> str:
 def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
     """Yields the name and the text of each value in nested mappings, without empty lists.
 
-    `path` is the section's key, by which NAMES are found; `show` returns the text of a value.
+    `path` is the section's key, by which NAMES are found; `show` returns the text of a value. A section that is no
+    mapping is one value with an empty name.
     """
     if not isinstance(section, dict):
         yield "", show(section)
@@ -204,7 +208,10 @@ def error_text(value: Any) -> str:
 
 
 def duration(value: Any) -> str:
-    """Returns the text of a time in seconds with a suitable unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s."""
+    """Returns the text of a time in seconds with a suitable unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s.
+
+    A value that is no time (no number, negative, not finite) has the text of `value_text`.
+    """
     seconds = as_number(value)
     if seconds is None or not math.isfinite(seconds) or seconds < 0:
         return value_text(value)

@@ -50,7 +50,8 @@ for field in {cell_fields!r}:
 def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:
     """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
 
-    A field that is zero everywhere gets no picture. InputError if VTK or the displacement is missing.
+    The files are in the folder `output`, which must exist. A field that is zero everywhere gets no picture. InputError
+    if VTK or the displacement is missing.
     """
     if find_spec("vtk") is None:
         raise InputError(

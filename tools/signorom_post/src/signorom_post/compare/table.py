@@ -55,7 +55,10 @@ def format_markdown(study: Study, has_times: bool) -> str:
 
 
 def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -> str:
-    """Returns a text that explains the columns and says where their numbers are from."""
+    """Returns a text that explains the columns and says where their numbers are from.
+
+    `n_query_points` and `seed` are those of the random points at which queries were timed.
+    """
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
         f"Errors {ERROR} at {study.n_points} test points, against the full-order model.",
@@ -74,7 +77,10 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """Writes all numbers of the entries as CSV without rounding; times in seconds, sizes in bytes."""
+    """Writes all numbers of the entries as CSV without rounding; times in seconds, sizes in bytes.
+
+    OSError if the file cannot be written.
+    """
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]
         writer = csv.DictWriter(file, fieldnames=names, lineterminator="\n")

@@ -12,7 +12,7 @@ from signorom_post.style import BODY, INK, SEQUENTIAL
 
 
 def draw_edges(axes: Axes, points: FloatArray, edges: IntArray, color: str, width: float) -> LineCollection:
-    """Draws a line along each edge.
+    """Draws a line along each edge, and returns the lines.
 
     `edges`, shape (n_edges, 2), has the two nodes of each edge; `points`, shape (n_nodes, 2), are the places of the
     nodes in the picture; `width` is in typographic points.
@@ -34,14 +34,20 @@ def draw_arrows(
 
 
 def draw_cells(axes: Axes, points: FloatArray, cells: list[IntArray], color: str) -> PolyCollection:
-    """Fills cells with one color; `cells` has the nodes of each, `points`, shape (n_nodes, 2), the places of nodes."""
+    """Fills cells with one color, and returns the polygons.
+
+    `cells` has the nodes of each cell; `points`, shape (n_nodes, 2), are the places of the nodes in the picture.
+    """
     polygons = PolyCollection([points[cell] for cell in cells], facecolors=color, edgecolors="none")
     axes.add_collection(polygons)
     return polygons
 
 
 def draw_mesh(axes: Axes, mesh: Mesh, points: FloatArray, fill: str = BODY) -> None:
-    """Draws all cells in the color `fill`, their edges in gray, and the outline of the bodies in black."""
+    """Draws all cells in the color `fill`, their edges in gray, and the outline of the bodies in black.
+
+    `points`, shape (n_nodes, 2), are the places of the nodes in the picture.
+    """
     draw_cells(axes, points, mesh.cells, fill)
     draw_edges(axes, points, mesh.edges, "#BDBDBD", 0.4)
     draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
@@ -50,7 +56,11 @@ def draw_mesh(axes: Axes, mesh: Mesh, points: FloatArray, fill: str = BODY) -> N
 def draw_shaded(
     axes: Axes, mesh: Mesh, points: FloatArray, values: FloatArray, limits: tuple[float, float]
 ) -> TriMesh:
-    """Draws `values`, shape (n_nodes), as smooth colors between the two `limits`, with edges and outline on top."""
+    """Draws `values`, shape (n_nodes), as smooth colors, with edges and outline on top, and returns the colored mesh.
+
+    `points`, shape (n_nodes, 2), are the places of the nodes in the picture; `limits` are the values at the two ends of
+    the color scale.
+    """
     triangulation = Triangulation(points[:, 0], points[:, 1], mesh.triangles)
     low, high = limits
     shading = axes.tripcolor(

@@ -22,7 +22,10 @@ MOST_EDGES = 8000
 
 
 def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
-    """Returns a rotation, shape (3, 3); its rows are unit vectors to the right, upwards, and towards the viewer."""
+    """Returns a rotation, shape (3, 3); its rows are unit vectors to the right, upwards, and towards the viewer.
+
+    `azimuth` and `elevation` [degrees]: where the viewer stands, as AZIMUTH and ELEVATION say.
+    """
     a, e = np.radians([azimuth, elevation])
     return np.array(
         [
@@ -44,7 +47,7 @@ def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
 def draw_surface(
     axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
 ) -> PolyCollection:
-    """Draws the faces that point towards the viewer, the far ones first.
+    """Draws the faces that point towards the viewer, the far ones first, and returns the polygons.
 
     `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values.
     """

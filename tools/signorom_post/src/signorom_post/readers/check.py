@@ -39,7 +39,7 @@ class CheckFile:
     names: dict[str, list[str]]
 
     def __getitem__(self, name: str) -> FloatArray:
-        """Returns the values of a field."""
+        """Returns the values of the field `name`, shaped as in `fields`."""
         return self.fields[name].values
 
     def of(self, kind: int, **labels: int) -> list[IntArray]:

@@ -16,7 +16,11 @@ class CsvInput:
     """The whole table as text. A column is converted to numbers when it is read by `numbers`."""
 
     def __init__(self, path: Path, columns: Sequence[str]) -> None:
-        """Reads a table; InputError if a column of `columns` is missing, or if there is no row below the header."""
+        """Reads a table.
+
+        InputError if the file is missing or no CSV file, if a column of `columns` is missing, or if there is no row
+        below the header.
+        """
         self.path = path
         require_file(path)
         try:
@@ -35,7 +39,7 @@ class CsvInput:
         self._rows = rows[1:]
 
     def texts(self, name: str) -> list[str]:
-        """Returns a column as text, shape (n_rows)."""
+        """Returns a column as texts, one per row. InputError if a row has another number of values than the header."""
         i_column = self.header.index(name)
         for i_row, row in enumerate(self._rows):
             if len(row) != len(self.header):
@@ -44,7 +48,10 @@ class CsvInput:
         return [row[i_column].strip() for row in self._rows]
 
     def numbers(self, name: str) -> FloatArray:
-        """Returns a column as numbers, nan where a cell is empty; shape (n_rows)."""
+        """Returns a column as numbers, nan where a cell is empty; shape (n_rows).
+
+        InputError if a text is not a number, or if a row has another number of values than the header.
+        """
         texts = self.texts(name)
         values = np.empty(len(texts))
         for i_row, text in enumerate(texts):

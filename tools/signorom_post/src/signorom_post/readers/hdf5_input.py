@@ -81,7 +81,7 @@ class Hdf5Input:
             raise self.fail(f"{what} cannot be read: the file is damaged or truncated") from error
 
     def has(self, name: str) -> bool:
-        """Returns whether there is a dataset or group of this name."""
+        """Returns whether there is a dataset or group of this name (a path from the root of the file)."""
         with self._guarded(f"'{name}'"):
             return name in self._file
 
@@ -106,7 +106,10 @@ class Hdf5Input:
             return node[()]
 
     def reals(self, name: str, n_axes: int) -> FloatArray:
-        """Returns a dataset of real or integer numbers as real numbers; it must have `n_axes` dimensions."""
+        """Returns a dataset of real or integer numbers as real numbers.
+
+        InputError if it is missing, is text, or does not have `n_axes` dimensions.
+        """
         values = np.asarray(self._raw(name))
         if values.dtype.kind not in "fiub":
             raise self.fail(f"dataset '{name}' is text; numbers are needed")
@@ -115,7 +118,10 @@ class Hdf5Input:
         return values.astype(np.float64)
 
     def integers(self, name: str, n_axes: int = 1) -> IntArray:
-        """Returns a dataset of whole numbers; it must have `n_axes` dimensions."""
+        """Returns a dataset of whole numbers.
+
+        InputError if it is missing, has other values, or does not have `n_axes` dimensions.
+        """
         values = self.reals(name, n_axes)
         if not np.all(np.isfinite(values)) or np.any(values != np.round(values)):
             raise self.fail(f"dataset '{name}' has values that are not integers")
@@ -124,8 +130,8 @@ class Hdf5Input:
     def indices(self, name: str, n_items: int, lowest: int = 1) -> IntArray:
         """Returns a list of numbers of items, which the file counts from 1, counted from 0; shape (n).
 
-        Numbers outside of `lowest` to `n_items` are an error. With `lowest` = 0, the file's 0 means no item, and is
-        returned as -1.
+        InputError if the dataset is missing, is no list of whole numbers, or has numbers outside of `lowest` to
+        `n_items`. With `lowest` = 0, the file's 0 means no item, and is returned as -1.
         """
         values = self.integers(name)
         if values.size and (values.min() < lowest or values.max() > n_items):
@@ -134,7 +140,7 @@ class Hdf5Input:
         return values - 1
 
     def quantity(self, name: str) -> Quantity:
-        """Returns a dataset of numbers of any shape with its unit and description."""
+        """Returns a dataset of numbers of any shape with its unit and description; InputError if missing or text."""
         values = np.asarray(self._raw(name))
         if values.dtype.kind not in "fiub":
             raise self.fail(f"dataset '{name}' is text; numbers are needed")
@@ -143,17 +149,20 @@ class Hdf5Input:
         )
 
     def text(self, name: str) -> str:
-        """Returns the first text of a dataset; empty if it has none."""
+        """Returns the first text of a dataset; empty if it has none. InputError if the dataset is missing."""
         texts = self.texts(name)
         return texts[0] if texts else ""
 
     def texts(self, name: str) -> list[str]:
-        """Returns a list of texts without the blanks at their ends."""
+        """Returns the texts of a dataset without the blanks at their ends; InputError if it is missing."""
         values = np.atleast_1d(np.asarray(self._raw(name), dtype=object)).ravel()
         return [_to_text(value) for value in values]
 
     def attribute(self, name: str, attribute: str) -> Any:
-        """Returns an attribute as text, number, array or list of texts; None if it is missing."""
+        """Returns an attribute of a dataset or group as text, number, array or list of texts; None if it has none.
+
+        InputError if there is no dataset or group `name`.
+        """
         with self._guarded(f"attribute '{attribute}' of '{name}'"):
             value = self._file[name].attrs.get(attribute)
         if isinstance(value, bytes | str):
@@ -166,7 +175,7 @@ class Hdf5Input:
         return value.item() if isinstance(value, np.generic) else value
 
     def unit(self, name: str) -> str:
-        """Returns the attribute `unit` of a dataset; empty if there is none."""
+        """Returns the attribute `unit` of a dataset; empty if it has none. InputError if there is no such dataset."""
         return str(self.attribute(name, "unit") or "")
 
 

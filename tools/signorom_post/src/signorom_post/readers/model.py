@@ -30,9 +30,9 @@ class Cluster:
     cells: IntArray
     #: contact rows in the domain, whose forces the model solves for
     contact_rows: IntArray
-    #: kappa (11)
+    #: kappa (11), nan if the file does not have it
     condition_number: float
-    #: condition number of the reduced stiffness
+    #: condition number of the reduced stiffness, nan if the file does not have it
     stiffness_condition: float
     #: its snapshots, as indices of the model's training points
     training_points: IntArray

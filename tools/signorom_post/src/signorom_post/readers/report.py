@@ -11,12 +11,19 @@ from signorom_post.readers.hdf5_input import require_file
 
 
 def read_report(path: Path) -> dict[str, Any]:
-    """Returns the sections of report.yaml, which depend on the commands that were run; InputError if it has none."""
+    """Returns the sections of report.yaml, which depend on the commands that were run.
+
+    InputError if the file is missing, cannot be read, is not YAML, or has no sections.
+    """
     return read_sections(path, "report")
 
 
 def read_sections(path: Path, kind: str) -> dict[str, Any]:
-    """Returns the sections of a YAML file; InputError if it has none. `kind` names the kind of file in the message."""
+    """Returns the sections of a YAML file: key -> value.
+
+    InputError if the file is missing, cannot be read, is not YAML, or has no sections; the message then names the
+    `kind` of file.
+    """
     require_file(path)
     try:
         sections = yaml.safe_load(path.read_text(encoding="utf-8"))
