@@ -31,7 +31,8 @@ contains
   !> Writes check.h5 and check.xdmf for one point of the parameters. Local: one rank writes. Errors: a file cannot be written.
   subroutine write_check_fields(problem, point, folder, error)
     type(problem_t), intent(in) :: problem
-    !> shape (n_parameters); if a term is not finite at the point, supports and loads are written as 0
+    !> shape (n_parameters); if a term is not finite at the point, prescribed displacements, loads and gaps are written as 0 and
+    !> imposed strains are left out
     real(rk), intent(in) :: point(:)
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
@@ -66,7 +67,7 @@ contains
     call file%close(error)
   end subroutine write_check_fields
 
-  !> Returns the material and the region of each cell.
+  !> Returns the labels of the cells of the bodies: kind_body, material of the deck, region of the mesh; all others are 0.
   pure function body_labels(problem) result(labels)
     type(problem_t), intent(in) :: problem
     integer :: labels(n_labels, problem%mesh%n_cells)
@@ -77,7 +78,8 @@ contains
     labels(label_region, :) = regions_of_cells(problem%mesh)
   end function body_labels
 
-  !> Returns the numbers of the mesh groups by which bodies can be held or loaded. The field `boundary` has positions in this list.
+  !> Returns the numbers, 1-based in mesh%groups, of all groups of lower dimension than the mesh: surfaces, edges and points. The
+  !> field `boundary` has positions in this list.
   pure function boundary_groups(mesh) result(groups)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable :: groups(:)
@@ -127,11 +129,11 @@ contains
     end do
   end subroutine add_surfaces
 
-  !> Adds a line from the owner of each row to each node of its second side.
+  !> Adds a line from the owner of each row to each node of its second side; none for an obstacle.
   pure subroutine add_links(rows, cells, shares)
     type(contact_rows_t), intent(in) :: rows
     type(cell_collection_t), intent(inout) :: cells
-    !> [-] of each line: share of the contact force that goes to its second node; 0 on other cells; shape (n_cells)
+    !> [-] of each line: share of the contact force that goes to its second node; 0 on the cells before; shape (n_cells)
     real(rk), allocatable, intent(out) :: shares(:)
     integer, allocatable :: labels(:, :), nodes(:), row(:), starts(:)
     real(rk), allocatable :: weights(:)
@@ -248,11 +250,12 @@ contains
     call file%add_node_field('largest_share', largest, '-', 'of these nodes in the contact force: 1 of a pair')
   end subroutine write_contact_fields
 
-  !> Lists the nodes that are in rows. A node of the second side of several entries gets the first entry.
+  !> Sets of each node its side, its contact entry and whether it carries a contact force; all are 0 at nodes that are in no row.
   pure subroutine list_sides(rows, n_with_force, side, entry, status)
     type(contact_rows_t), intent(in) :: rows
     !> number of rows with a multiplier, which come first
     integer, intent(in) :: n_with_force
+    !> 1 on the first side of a row, else 2; entry of the first row that contains the node; of owners 1 with a force, 2 without;
     !> shape (n_nodes)
     real(rk), intent(out) :: side(:), entry(:), status(:)
     integer :: k
@@ -270,12 +273,12 @@ contains
     status(rows%owners()) = merge(1, 2, [(k <= n_with_force, k=1, rows%n_rows)])
   end subroutine list_sides
 
-  !> Lists normals and nodes of the other side at the owners of the rows.
+  !> Computes at the owner of each row the normal, and the number and largest share of the nodes of the second side; 0 elsewhere.
   pure subroutine list_partners(rows, normals, partners, largest)
     type(contact_rows_t), intent(in) :: rows
-    !> [-] shape (n_dim, n_nodes)
+    !> [-] of length 1, from the first side to the second, shape (n_dim, n_nodes)
     real(rk), intent(out) :: normals(:, :)
-    !> shape (n_nodes)
+    !> number of nodes of the second side, and [-] largest size of their shares of the contact force, shape (n_nodes)
     real(rk), intent(out) :: partners(:), largest(:)
     integer, allocatable :: nodes(:), starts(:)
     real(rk), allocatable :: weights(:)

@@ -99,7 +99,8 @@ contains
     if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
   end subroutine remove_old_files
 
-  !> Builds a mesh of the facets, each with the nodes of its entry. These are nodes of the bodies in ascending order.
+  !> Builds self%mesh from the facets. Each contact entry has its own copies of its nodes, in ascending order of the nodes of the
+  !> bodies; the nodes of entry 1 come first.
   pure subroutine build_mesh(self, model)
     class(contact_surfaces_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -150,6 +151,7 @@ contains
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
+    !> the displacement is written, too
     logical, intent(in) :: has_displacement
     real(rk) :: force(self%mesh%n_dim, self%mesh%n_nodes)
     real(rk), dimension(self%mesh%n_nodes) :: gap, pressure, status
@@ -185,7 +187,7 @@ contains
       'multiplier over area, as contact_pressure; reduced model')
   end subroutine write_reduced
 
-  !> Computes the forces and pressures at the nodes from the rows of their entry alone.
+  !> Computes the contact forces and pressures at the nodes of self%mesh. At each node only the rows of its own contact entry count.
   subroutine gather(self, multipliers, force, pressure)
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
@@ -209,7 +211,8 @@ contains
     end do
   end subroutine gather
 
-  !> Computes the gaps and the contact status at the nodes, and the contact status of the facets.
+  !> Computes gaps and contact status at the nodes of self%mesh, each from the rows of its own contact entry, and the contact status
+  !> of the facets.
   subroutine gather_state(self, multipliers, opening, gap, status, contact)
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
@@ -218,9 +221,9 @@ contains
     real(rk), intent(in) :: opening(:)
     !> [length] shape (self%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
-    !> nodal_status, same shape
+    !> nodal_status, same shape as gap
     real(rk), intent(out) :: status(:)
-    !> cell_contact of the facets
+    !> cell_contact of each facet, shape (self%mesh%n_cells)
     integer, intent(out) :: contact(:)
     real(rk) :: gaps(self%n_body_nodes)
     logical :: is_closed(size(multipliers))

@@ -46,8 +46,9 @@ module sig_field_output
 
 contains
 
-  !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf. Collective on all
-  !> ranks. A signal ends it after the current points, and then nothing is written.
+  !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf. Points that did not
+  !> converge are written, too, with the last values of the solver; solved%states has the reasons. Collective on all ranks. A signal
+  !> ends it after the current points, and then nothing is written.
   !>
   !> Errors: the solver does not use one of its PETSc options; a file cannot be written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
@@ -61,7 +62,7 @@ contains
     type(solved_points_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> reduced model whose answers are written, too
+    !> reduced model whose answers are written, too; they are left out without a message if the model cannot be prepared for queries
     type(model_t), intent(in), optional :: model
     real(rk) :: start
 
@@ -82,7 +83,8 @@ contains
     solved%output_seconds = wall_time() - start
   end subroutine write_fields
 
-  !> Solves as many points at a time as there are groups; all ranks know all states afterwards. Collective on all ranks.
+  !> Solves the points, one per group of ranks at a time, and gives each state to all ranks. After a signal (solved%is_stopped) or
+  !> an error the later states are not set. Collective on all ranks. Errors: the solver does not use one of its PETSc options.
   subroutine solve_points(problem, team, points, solved, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -111,7 +113,8 @@ contains
     end do
   end subroutine solve_points
 
-  !> Writes the files of the fields, without the reduced model if it cannot answer. Local: one rank writes.
+  !> Writes the files of the fields, without the reduced model if it cannot be prepared for queries. Local: one rank writes. Errors:
+  !> a file cannot be written.
   subroutine write_file(problem, points, folder, states, error, model)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
@@ -224,7 +227,7 @@ contains
     end if
   end subroutine write_displacement
 
-  !> Returns the source of the displacement of each node, one of displacement_*.
+  !> Returns where the displacement of each node comes from: 0 it has none, 1 modes, 2 exact (displacement_*).
   pure function displacement_sources(model, answer) result(sources)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer

@@ -33,7 +33,8 @@ module sig_field_writer
 
 contains
 
-  !> Starts the files and writes what is the same at all points. Errors: the files cannot be created.
+  !> Starts the files and writes what is the same at all points. Without fields of contact, or without contact, there is no
+  !> contact.h5, and that of an earlier run is removed with contact.xdmf. Errors: files cannot be created or removed.
   subroutine create(self, model, wanted, folder, error)
     class(field_writer_t), intent(inout) :: self
     !> its header and its field map are used, not its parts
@@ -71,7 +72,7 @@ contains
     end associate
   end function mesh_of
 
-  !> Writes which nodes face each other; this is the same for all points.
+  !> Writes the nodes and weights of one side of all contact rows, which are the same at all points.
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows
     logical, intent(in) :: is_second
@@ -104,7 +105,7 @@ contains
     call self%surfaces%start_point(label, point)
   end subroutine start_point
 
-  !> Writes the fields that the deck wants at the present point.
+  !> Writes at the present point the fields that `wanted` of create names, and the region of each cell.
   subroutine write_values(self, model, values, is_reduced)
     class(field_writer_t), intent(inout) :: self
     !> the model of create

@@ -59,7 +59,8 @@ contains
     call report%add('sizes/inert_pairs', inert_pairs)
   end subroutine report_sizes
 
-  !> Adds the points that did not converge, the largest residuals, and statistics of iterations and times.
+  !> Adds the number of points, those that did not converge with the reason, the largest value of each residual over all points, and
+  !> statistics of the iterations and of the times [s] per point.
   subroutine report_snapshots(deck, set, report)
     type(deck_config_t), intent(in) :: deck
     type(snapshot_set_t), intent(in) :: set
@@ -81,7 +82,8 @@ contains
     call report_statistics(report, 'times/sample_per_point', set%seconds)
   end subroutine report_snapshots
 
-  !> Adds how a greedy selection of training points ended.
+  !> Adds how a greedy selection of training points ended: indicator, number of points, why it stopped, and the largest indicator
+  !> that is left. Requires: the deck has a greedy selection, and it is finished.
   subroutine report_selection(deck, selection, report)
     type(deck_config_t), intent(in) :: deck
     type(selection_t), intent(in) :: selection
@@ -105,7 +107,8 @@ contains
       '; largest indicator left ' // csv_number(selection%largest_left)
   end function selection_text
 
-  !> Adds sizes and condition numbers of each cluster of the model.
+  !> Adds the kind of model, sizes, condition numbers and warnings of each cluster, below reduction/clusters/1, ... or, with one
+  !> cluster, below reduction. With several clusters also loss and silhouette of the clustering. The fallback is left out.
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report
@@ -172,7 +175,8 @@ contains
     call report%add(group // 'warnings', cluster%warnings)
   end subroutine report_cluster
 
-  !> Returns one line that describes the model, or each of its clusters one after the other.
+  !> Returns one line, without a line end, that describes the model; with several clusters their number, then each cluster with its
+  !> number of snapshots. The fallback is left out.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -242,7 +246,9 @@ contains
   !> Adds the reaction forces at one point, only prescribed components. Each boundary has a numbered entry, because its name may
   !> contain characters that a key may not.
   subroutine report_reactions(i_point, reactions, report)
+    !> number of the point in the report, 1-based
     integer, intent(in) :: i_point
+    !> of each boundary with prescribed displacements
     type(reaction_t), intent(in) :: reactions(:)
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: key

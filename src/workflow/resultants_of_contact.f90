@@ -17,7 +17,8 @@ module sig_resultants_of_contact
 
 contains
 
-  !> Creates the map from contact forces to the resultants of each contact of the deck, on its first surface. Local.
+  !> Creates the map from the contact forces of all rows to the resultants of each contact entry of the deck. They act on the first
+  !> surface that the entry names, also where the rows belong to the second one. Local.
   subroutine create_resultant_map(problem, map)
     type(problem_t), intent(in) :: problem
     type(resultant_map_t), intent(out) :: map
@@ -48,7 +49,8 @@ contains
     end do
   end subroutine return_to_first
 
-  !> Adds the resultants of each contact at all points to the report; they are NaN where a point has no solution. Local.
+  !> Adds area, force, moment and moment imbalance of each contact at all points to the report, and their units of measure. The
+  !> numbers are NaN where a point has no solution. Local.
   subroutine report_resultants(problem, states, report)
     type(problem_t), intent(in) :: problem
     !> full-order solutions, shape (n_points)

@@ -114,7 +114,8 @@ contains
     call query%destroy()
   end subroutine measure_candidates
 
-  !> Computes the values of e_u from the squares, which must be summed over all ranks before. Local.
+  !> Computes errors%values of e_u from errors%squares, which must be summed over all ranks before. Infinite values and those of
+  !> candidates that were not measured stay as they are. Local.
   pure subroutine finish_displacement_errors(candidates, errors)
     type(snapshot_set_t), intent(in) :: candidates
     type(pool_errors_t), intent(inout) :: errors
@@ -138,7 +139,7 @@ contains
     if (ieee_is_nan(error) .and. any(multipliers > 0)) measurable = ieee_value(error, ieee_positive_inf)
   end function measurable
 
-  !> Returns the errors as if only the chosen candidates had been measured, without the squares.
+  !> Returns the errors as if only the chosen candidates had been measured; squares are not allocated in the result.
   pure function errors_among(errors, is_chosen) result(chosen)
     type(pool_errors_t), intent(in) :: errors
     logical, intent(in) :: is_chosen(:)

@@ -33,7 +33,8 @@ module sig_model_attempt
     type(division_t) :: division
     type(hhr_data_t), allocatable :: models(:)
     type(model_t) :: model
-    !> candidates that are kept for measuring, and candidates that may become snapshots; shape (n_candidates)
+    !> candidates that are kept for measuring, and candidates that may become snapshots (the same ones if the deck adds none); shape
+    !> (n_candidates)
     logical, allocatable :: is_measure(:)
     logical, allocatable :: is_open(:)
     type(pool_errors_t) :: errors
@@ -45,7 +46,7 @@ module sig_model_attempt
 contains
 
   !> Divides the usable candidates: a random half measures the errors, the others may become snapshots. If the deck adds no
-  !> snapshots, all candidates measure. Collective on all ranks.
+  !> snapshots, all usable candidates measure and count as open, too. Collective on all ranks.
   !>
   !> Errors: no candidate is usable.
   subroutine share_candidates(problem, candidates, attempt, error, ierr)
@@ -103,7 +104,8 @@ contains
     PetscCall(train_attempt(problem, candidates, [(k, k=1, size(attempt%division%clusters))], attempt, error, ierr))
   end subroutine start_attempt
 
-  !> Trains the clusters `which` and measures the errors of the whole model at the candidates. Collective on all ranks.
+  !> Trains the clusters `which`, keeps the local models of all others, and measures the errors of the whole model at the candidates
+  !> of is_measure and is_open. Collective on all ranks.
   !>
   !> Errors: a cluster cannot be trained; the model cannot answer.
   subroutine train_attempt(problem, candidates, which, attempt, error, ierr)
@@ -111,6 +113,8 @@ contains
     type(snapshot_set_t), intent(in) :: candidates
     !> numbers of the clusters whose snapshots are new
     integer, intent(in) :: which(:)
+    !> in: snapshots, division, local models of the other clusters, is_measure, is_open; out: all local models, the model, its
+    !> errors
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

@@ -123,8 +123,9 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> Tries 1, 2, ... clusters, each with a new division of all snapshots, until one reaches the target; keeps the best model.
-  !> Collective on all ranks.
+  !> Tries 1, 2, ... clusters, each with a new division of all snapshots, until one reaches the target; keeps the best model. A
+  !> number of clusters that cannot be trained ends this with a warning. Collective on all ranks. Errors: one cluster cannot be
+  !> trained.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -167,7 +168,8 @@ contains
   end function n_items
 
   !> In each round adds snapshots to the cluster with the largest error, or splits this cluster if its last snapshots did not help
-  !> enough. Collective on all ranks.
+  !> enough. A cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a
+  !> warning. Collective on all ranks. Errors: those of start_attempt; the forest cannot be trained again.
   !>
   !> A round can also make the model worse (other interpolation points, other hats), so the model of the best round is kept.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
@@ -232,8 +234,8 @@ contains
     if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
   end subroutine choose_step
 
-  !> Adds the worst candidates of cluster k to its snapshots and trains it. Whether this helped is judged by the errors at its other
-  !> candidates, before and after. Collective on all ranks.
+  !> Adds the worst candidates of cluster k to its snapshots and trains it. Whether this helped enough (prospects(k)%is_split_next)
+  !> is judged by the errors at its other candidates, before and after. Collective on all ranks.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -243,6 +245,7 @@ contains
     integer, intent(in) :: n_first
     type(attempt_t), intent(inout) :: attempt
     type(prospect_t), intent(inout) :: prospects(:)
+    !> false if the cluster cannot be trained with them: then the attempt stays as it was, and the cluster gets no more snapshots
     logical, intent(out) :: is_done
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: next
@@ -279,7 +282,8 @@ contains
     end function own_errors
   end subroutine try_growth
 
-  !> Whether new snapshots reduced the error enough; if it is infinite afterwards, whether enough fewer candidates fail.
+  !> Whether new snapshots reduced the statistic of the errors to at most clear_gain times the one before; if it is infinite
+  !> afterwards, whether they did so with the number of infinite errors.
   pure logical function has_gained(statistic, before, after)
     character(*), intent(in) :: statistic
     real(rk), intent(in) :: before(:)
@@ -359,7 +363,8 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> Whether the error is smaller than the best one, or, if both are infinite, whether fewer candidates failed.
+  !> Whether the error is smaller than the best one by more than rounding, or, if both are infinite, whether fewer candidates
+  !> failed.
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
     integer, intent(in) :: n_failed

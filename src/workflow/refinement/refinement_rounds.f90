@@ -37,7 +37,7 @@ module sig_refinement_rounds
 
 contains
 
-  !> Returns the result of a round, with the statistics of its errors.
+  !> Returns a round with these values and the statistics of its errors; see refinement_round_t.
   pure function make_round(action, cluster, n_clusters, n_snapshots, worst, errors) result(round)
     character(*), intent(in) :: action
     integer, intent(in) :: cluster
@@ -128,7 +128,7 @@ contains
     if (round%n_failed > 0) text = text // ', ' // to_text(round%n_failed) // ' failed'
   end function round_text
 
-  !> Returns a number with three significant digits, such as `1.20E-02`, or `infinite`.
+  !> Returns a number with three significant digits, such as `1.20E-02`, or `infinite` for plus infinity.
   pure function three_digits(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text

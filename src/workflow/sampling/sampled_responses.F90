@@ -3,8 +3,9 @@
 !> Solves training points that have many different stiffnesses by the elastic responses of the bodies, without a factorization for
 !> each point.
 !>
-!> This is exact if all moduli of each body scale together. Otherwise the responses are interpolated over the elastic constants;
-!> the deck must allow this. Some points are solved first with their own stiffness. They measure the error.
+!> This is exact if all Young's moduli of each body scale together and no Poisson's ratio varies. Otherwise the responses are
+!> interpolated over the elastic constants; the deck must allow this. Some points are solved first with their own stiffness. They
+!> measure the error.
 module sig_sampled_responses
   use sig_answer, only: answer_t
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
@@ -77,7 +78,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> ranks of one group
     integer, intent(in) :: n_ranks
-    !> their numbers among the points, 1-based
+    !> numbers of the points that are solved first, 1-based
     integer, allocatable, intent(out) :: first(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: reason
@@ -153,8 +154,9 @@ contains
     self%is_solved(i) = state%reason == reason_converged
   end subroutine collect
 
-  !> Makes the responses and measures their error at the points that were solved first. Afterwards is_ready is false, with a
-  !> warning, if one of these points did not converge, or if the error is too large. Collective on all ranks; the same on each.
+  !> Makes the responses and measures their error at the points that were solved first. Afterwards is_ready says whether the
+  !> responses may be used. It is false, with a warning, if one of these points did not converge, if a stiffness could not be
+  !> factored, or if the error is too large. Collective on all ranks; the same on each. Requires: choose; collect for its points.
   subroutine create(self, problem, team, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -287,7 +289,7 @@ contains
     call self%reduced%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
-  !> Returns the number of factorizations for which the responses were computed.
+  !> Returns how many stiffnesses were factored for the responses; 0 if there are none.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 

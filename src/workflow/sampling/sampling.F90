@@ -81,7 +81,8 @@ contains
     PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
   end subroutine sample
 
-  !> Chooses the team of groups. Its solver is made ready by solve_missing, if a point is missing. Collective on all ranks.
+  !> Chooses the team of groups by training.groups of the deck. Its solver is made by solve_missing, if there is something to do.
+  !> Collective on all ranks.
   subroutine create(self, full_order, n_points, ierr)
     class(sampler_t), intent(inout) :: self
     !> loaded
@@ -94,7 +95,8 @@ contains
     PetscCall(full_order%team_for(self%problem%deck%training%n_groups, n_points, self%team, ierr))
   end subroutine create
 
-  !> Solves the points that the store lacks, then merges the store into one file. After a signal the finished points stay in shards.
+  !> Solves the points of which the store has no converged solution, then merges the store into one file. A point that does not
+  !> converge is stored with its reason, and the next call tries it again. After a signal the finished points stay in shards.
   !> Collective on all ranks; errors are known to all.
   !>
   !> Errors: those of check_points and find_finished_points; the solver does not use one of its PETSc options; a file cannot be
@@ -153,8 +155,8 @@ contains
     PetscCall(merge_snapshots(self%problem, self%team, store, points, n_stored, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
-  !> Closes the buffers. The rank that merges keeps the records that it has not written; all others write theirs. If nothing will be
-  !> merged, all write. Collective on all ranks.
+  !> Closes the buffers of the leaders of the groups. The first rank, which merges, keeps the records that it has not written; all
+  !> others write theirs. If nothing will be merged, all write. Collective on all ranks. Errors: a shard cannot be written.
   subroutine close_buffer(groups, is_failed, buffer, error, ierr)
     type(rank_groups_t), intent(in) :: groups
     !> nothing will be merged
@@ -263,7 +265,8 @@ contains
     end do
   end subroutine solve_some
 
-  !> Solves the points and adds them to the group's shard. Collective on the group.
+  !> Solves points of one batch, by the responses if they are ready, and gives them to the buffer of the group's shard. Collective
+  !> on the group. Errors: the shard cannot be written.
   subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)

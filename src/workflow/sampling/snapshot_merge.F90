@@ -81,7 +81,7 @@ contains
     path = self%folder // '/' // self%name // '.part-' // to_text(i_group)
   end function shard_path
 
-  !> Returns the names of the shards in the folder.
+  !> Returns the file names, without the folder, of all shards of the store.
   function list_shards(self) result(names)
     class(store_t), intent(in) :: self
     type(string_t), allocatable :: names(:)
@@ -89,7 +89,7 @@ contains
     names = list_files(self%folder, self%name // '.part-')
   end function list_shards
 
-  !> Finds out which points are solved already, and whether nothing is left to do. Collective on all ranks.
+  !> Finds out which points have a converged solution already, and whether nothing is left to do. Collective on all ranks.
   !>
   !> Errors: the files of the store cannot be read, or are of another deck or mesh.
   subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
@@ -139,7 +139,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     real(rk), intent(in) :: points(:, :)
-    !> the solutions that are found, in the order of the points
+    !> the solutions that are found, in the order of the points; also those that did not converge, by their reason
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
     !> no solution is found; of the given points, then of the others of the file
     logical, allocatable, intent(out) :: is_missing(:)
@@ -250,8 +250,8 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine read_spread
 
-  !> Writes the merged file again so that the given points come first, in their order; all of them must be in the store. Local: one
-  !> rank writes. Errors: the file cannot be read or written.
+  !> Writes the merged file again so that the given points come first, in their order; does nothing if they do already. Local: one
+  !> rank writes. Requires: all points are in the store. Errors: the file cannot be read or written.
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -29,7 +29,7 @@ contains
     path = folder // '/selection.csv'
   end function selection_path
 
-  !> Returns `by projection, tolerance none, max_points 200`.
+  !> Returns the indicator and the limits of the deck's selection as text: `by projection, tolerance none, max_points 200`.
   pure function rule_of(deck) result(rule)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: rule
@@ -57,8 +57,8 @@ contains
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))
   end function settings_of
 
-  !> Reads what an earlier run with the same settings has chosen; there are no points if there was none. Local; the same on all
-  !> ranks.
+  !> Reads from selection.csv what an earlier run with the same settings has chosen. If there was none, the selection has no points
+  !> and is not finished. Local; the same on all ranks.
   !>
   !> Errors: selection.csv cannot be read, or is no such table.
   subroutine begin_selection(problem, candidates, folder, selection, error)

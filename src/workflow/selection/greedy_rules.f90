@@ -25,7 +25,9 @@ contains
     box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
   end function box_of
 
-  !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others.
+  !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others. The first
+  !> point after the initial ones whose indicator is at most the tolerance is left out with all later ones. Afterwards the
+  !> selection counts as not finished.
   subroutine cut_at_end(deck, selection)
     type(deck_config_t), intent(in) :: deck
     type(selection_t), intent(inout) :: selection
@@ -40,8 +42,9 @@ contains
     call selection%shorten(n)
   end subroutine cut_at_end
 
-  !> Appends the candidates with the largest defects to the selection, at most greedy.batch; if none, sets selection%stopped_by. The
-  !> points of a round keep a distance, because neighbors have large defects together. Logs each choice. Local.
+  !> Appends the candidates with the largest defects to the selection, at most greedy.batch; if none, sets selection%stopped_by.
+  !> Sets selection%largest_left to the largest defect before the choice. The points of a round keep a distance, because neighbors
+  !> have large defects together. Logs each choice. Local.
   subroutine pick_worst(deck, candidates, defects, selection, chosen)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_candidates)
@@ -73,7 +76,7 @@ contains
     if (size(chosen) == 0) selection%stopped_by = selection_end(deck, n, largest)
   end subroutine pick_worst
 
-  !> Returns half the distance between neighbors if n_points points fill the unit box evenly.
+  !> [-] Returns half the distance between neighbors if n_points points fill evenly a box whose sides have length 1.
   pure real(rk) function half_spacing(n_points, n_parameters)
     integer, intent(in) :: n_points
     integer, intent(in) :: n_parameters
@@ -81,10 +84,12 @@ contains
     half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
   end function half_spacing
 
-  !> Sets the defect to -1 for candidates that are nearer to a place than the distance, or at the place.
+  !> Sets the defect to -1 for candidates that are nearer to the point `place` than the distance, or equal to it.
   pure subroutine leave_out(candidates, box, place, distance, defects)
     real(rk), intent(in) :: candidates(:, :)
+    !> of box_of
     real(rk), intent(in) :: box(:, :)
+    !> shape (n_parameters)
     real(rk), intent(in) :: place(:)
     !> [-] with the sides of the box as unit
     real(rk), intent(in) :: distance
@@ -98,7 +103,8 @@ contains
     end do
   end subroutine leave_out
 
-  !> Returns why no further point is chosen, one of stopped_by_*; empty if one may be chosen.
+  !> Returns why no further point is chosen: `candidates` (none is left, or all indicators are at most 1e-13), `tolerance` or
+  !> `max_points`; empty if one may be chosen.
   pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
     !> number of points so far

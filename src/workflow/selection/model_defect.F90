@@ -92,8 +92,9 @@ contains
     self%is_bound = self%contact%is_valid
   end subroutine create
 
-  !> Computes the defects of a model's answers, relative to the size of the answers; infinite where there is no answer. Collective
-  !> on all ranks; the result is the same on each.
+  !> Computes the defects of a model's answers: with is_bound the bound of the energy error over the energy norm of the answer,
+  !> otherwise the sum of the relative residuals of (3). Infinite where there is no answer. Collective on all ranks; the result is
+  !> the same on each. Requires: create.
   subroutine measure(self, online, query, points, defects, ierr)
     class(model_defect_t), intent(inout) :: self
     !> prepared, with one cluster
@@ -170,7 +171,7 @@ contains
     end associate
   end subroutine prepare
 
-  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm. Local.
+  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm; infinite without an answer. Local.
   real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
@@ -204,7 +205,7 @@ contains
   end function energy_norm
 
   !> Computes the sum of the residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement,
-  !> complementarity. Collective on all ranks.
+  !> complementarity; infinite without an answer. Collective on all ranks. Requires: the system has the stiffness of the points.
   subroutine measure_residuals(system, online, query, points, defects, ierr)
     type(contact_system_t), intent(inout) :: system
     type(online_model_t), intent(in) :: online
@@ -267,7 +268,7 @@ contains
     errors(2) = relative(sqrt(max(0.0_rk, dot_product(wrong, matmul(self%condensed%compliance, wrong)))), whole)
   end subroutine true_errors
 
-  !> Returns part / whole; 0 if part is 0, infinite if only whole is 0.
+  !> Returns part / whole; 0 if part is at most 0, otherwise infinite if whole is at most 0.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

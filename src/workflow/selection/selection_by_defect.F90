@@ -134,7 +134,8 @@ contains
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
   end subroutine solve_new_points
 
-  !> Computes the energy errors of the answers at the last round's points, which are solved now. Collective on all ranks.
+  !> Sets selection%errors at the last round's points, which are solved now: the energy errors of the answers that the model had
+  !> there. They stay NaN where there was no answer or is no solution. Collective on all ranks. Errors: the store cannot be read.
   subroutine compare_answers(rounds, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     type(selection_t), intent(inout) :: selection
@@ -188,7 +189,8 @@ contains
     call query%destroy()
   end subroutine choose_new_points
 
-  !> Trains a hyper-reduced model of one cluster, without fallback, from the solved points. Collective on all ranks.
+  !> Trains a hyper-reduced model of one cluster, without fallback, from the solved points. online%model gets it; prepare is left to
+  !> the caller. Collective on all ranks. Errors: the store cannot be read; those of train.
   subroutine train_draft(rounds, selection, online, error, ierr)
     type(rounds_t), intent(in) :: rounds
     type(selection_t), intent(in) :: selection
@@ -209,7 +211,7 @@ contains
     call fill_start_sets(online%model)
   end subroutine train_draft
 
-  !> Keeps the answers of the model at the points that will be solved. Local.
+  !> Keeps in `rounds` the displacements and contact forces that the model answers at the points that will be solved. Local.
   subroutine keep_answers(rounds, online, query, points)
     type(rounds_t), intent(inout) :: rounds
     type(online_model_t), intent(in) :: online

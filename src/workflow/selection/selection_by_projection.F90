@@ -33,7 +33,8 @@ module sig_selection_by_projection
 contains
 
   !> Solves all candidates, then selects points among them: writes candidates.h5, snapshots.h5 and selection.csv into the folder.
-  !> The first rank selects. Collective on all ranks; errors are known to all.
+  !> The first rank selects. A signal while the candidates are solved ends it early (outcome%is_stopped). Collective on all ranks;
+  !> errors are known to all.
   !>
   !> Errors: those of the sampling; no candidate has a solution that is not zero; a file cannot be read or written.
   subroutine select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr)
@@ -110,7 +111,8 @@ contains
     end do
   end subroutine vectors_to_represent
 
-  !> Chooses the initial points, then the worst candidate each time until selection_end has a reason.
+  !> Chooses the initial points, which are far from each other, without those whose vector is zero; then the worst candidate each
+  !> time until selection_end has a reason.
   subroutine choose(problem, candidates, vectors, selection, chosen)
     type(problem_t), intent(in) :: problem
     !> points of the vectors, shape (n_parameters, n_candidates)

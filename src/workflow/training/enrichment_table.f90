@@ -13,8 +13,8 @@ module sig_enrichment_table
 
 contains
 
-  !> Writes a table with one line per hat function of each hyper-reduced cluster, and before them one line without hats. Local.
-  !> Errors: the file cannot be written.
+  !> Writes enrichment.csv to the path: a head line, then for each hyper-reduced cluster a line for the basis without hats (hat 0)
+  !> and one per hat function. A model without such clusters gives the head line only. Local. Errors: the file cannot be written.
   subroutine write_enrichment_table(model, path, error)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: path

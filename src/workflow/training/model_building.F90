@@ -40,8 +40,9 @@ module sig_model_building
 contains
 
   !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
-  !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. Collective on all ranks;
-  !> each rank gets the same model. There is no model if refinement%is_stopped.
+  !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. A hyper-reduced model has a
+  !> fallback where one is possible; otherwise its answers get certificates, if the stiffness is fixed and certificate.max_error is
+  !> not 0. Collective on all ranks; each rank gets the same model. There is no model if refinement%is_stopped.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
   !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
@@ -154,6 +155,7 @@ contains
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
+    !> there is a model; otherwise, without an error, the log says why the model will be hyper-reduced, if the deck asks for auto
     logical, intent(out) :: is_built
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

@@ -51,7 +51,8 @@ contains
     end associate
   end function displacement_squares
 
-  !> [-] Returns (17) on the nodes for which the model answers displacements; NaN where there are none.
+  !> [-] Returns (17) on the dofs for which the model answers displacements; NaN if there are no such dofs or if both displacements
+  !> are 0 there, infinite if only the full-order one is.
   pure real(rk) function displacement_error(online, answer, reduced, displacement) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online
@@ -65,7 +66,8 @@ contains
     end associate
   end function displacement_error
 
-  !> [-] Returns (18) on the reduced domain of the cluster that the model chooses; NaN where nothing touches in either model.
+  !> [-] Returns (18) on the reduced domain of the cluster that the model chooses; NaN if nothing touches there in either model,
+  !> infinite if only the answer has contact forces there.
   pure real(rk) function rid_error(online, answer, multipliers) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online
@@ -79,8 +81,8 @@ contains
     error = relative(norm2(answer%multipliers_rid - multipliers(rows)), norm2(multipliers(rows)))
   end function rid_error
 
-  !> [-] Returns (18) on all contacts, after the reconstruction of the forces outside of the reduced domain; NaN where nothing
-  !> touches in either model.
+  !> [-] Returns (18) on all contacts, after the reconstruction of the forces outside of the reduced domain; NaN if nothing touches
+  !> in either model, infinite if only the answer has contact forces.
   real(rk) function reconstruction_error(online, answer, multipliers) result(error)
     !> prepared
     type(online_model_t), intent(in) :: online

@@ -36,8 +36,8 @@ module sig_benchmark
 
 contains
 
-  !> Measures the time of a query, and that of the active set method, which factors the stiffness at every step, at up to 5 of the
-  !> points. Collective on all ranks; the result is the same on each.
+  !> Measures the time of a query over all points, and that of the active set method, which factors the stiffness at every step, at
+  !> up to 5 of the points. Collective on all ranks; the result is the same on each.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -56,11 +56,13 @@ contains
     benchmark%is_done = .true.
   end subroutine run_benchmark
 
-  !> Measures the time of a point without condensation: the active set method factors at every step. The first group measures.
+  !> Measures the time of a point without condensation: the active set method factors at every step. The first group measures up to
+  !> n_timed_points points, and all ranks get the median. Collective on all ranks.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
     real(rk), intent(in) :: points(:, :)
+    !> [s] wall time per point
     real(rk), intent(out) :: median
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
@@ -88,11 +90,12 @@ contains
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, median, ierr))
   end subroutine time_refactored
 
-  !> Measures the mean time of a query over all points, repeated until the clock is precise enough. Local.
+  !> Measures the mean time of a query over all points, which are asked again and again for at least 0.2 s. Local.
   subroutine time_queries(online, query, points, seconds)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
+    !> [s] wall time per query
     real(rk), intent(out) :: seconds
     type(answer_t) :: answer
     real(rk) :: start

@@ -60,6 +60,7 @@ contains
   !> Computes the errors of the answers at several points that share the stiffness of the system. Collective on system%comm.
   subroutine measure_errors(system, bodies, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> with the elastic constants and strain_theta of these points
     type(measured_bodies_t), intent(in) :: bodies
     !> prepared
     type(online_model_t), intent(in) :: online
@@ -67,6 +68,7 @@ contains
     type(answer_t), intent(in) :: answers(:)
     !> full-order solutions at the same points, shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
+    !> shape (n_points)
     type(point_errors_t), intent(out) :: errors(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: displacement(:)
@@ -92,7 +94,7 @@ contains
     end do
   end subroutine measure_errors
 
-  !> Computes |u_r - u|_K at each point. Collective.
+  !> Sets errors%field to |u_r - u|_K at each point, and errors%field_relative to this over |u|_K. Collective.
   subroutine measure_fields(system, fields, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
@@ -139,9 +141,10 @@ contains
     end do
   end subroutine measure_energies
 
-  !> Computes 1/2 u' K u of each field. Collective.
+  !> Computes 1/2 u' K u of each field, with the stiffness of the system. Collective.
   subroutine measure_strain_energies(system, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> [length] natural, shape (n_dofs, n_fields)
     real(rk), intent(in) :: fields(:, :)
     !> [force*length] shape (n_fields)
     real(rk), intent(out) :: energies(:)

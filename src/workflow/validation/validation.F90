@@ -39,7 +39,8 @@ module sig_validation
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> rows as in error_names; NaN where the full-order model has no solution; shape (n_errors, n_points)
+    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution; shape (n_errors,
+    !> n_points)
     real(rk), allocatable :: errors(:, :)
     !> cluster that the model chooses; this and all that follows has shape (n_points)
     integer, allocatable :: cluster(:)
@@ -69,7 +70,7 @@ module sig_validation
 contains
 
   !> Solves the full-order problem at the points and compares the answers of the model with the solutions. Collective on all ranks;
-  !> the result is the same on each. A signal ends it early (outcome%is_stopped).
+  !> the result is the same on each, except for setup_seconds. A signal ends it early (outcome%is_stopped), without the benchmark.
   !>
   !> Errors: the model cannot answer (an internal error).
   subroutine validate(problem, team, model, points, has_benchmark, outcome, error, ierr)
@@ -116,7 +117,9 @@ contains
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     real(rk), intent(in) :: points(:, :)
+    !> a signal ended the loop of some group
     logical, intent(out) :: is_stopped
+    !> columns of table_column, 0 at points that a signal left out; shape (n_columns, n_points)
     real(rk), intent(out) :: table(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
@@ -177,7 +180,8 @@ contains
     call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
   end subroutine measure_with
 
-  !> Sets the values of the terms of imposed strains at some points that share a stiffness, and their elastic constants. Local.
+  !> Sets in `bodies` the values of the terms of imposed strains at some points that share a stiffness, and, if the stiffness
+  !> depends on the parameters, the elastic constants of these points. Local.
   subroutine update_bodies(problem, online, points, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -204,6 +208,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> those of the batch, 1-based
     integer, intent(in) :: numbers(:)
+    !> shape (n_columns, n_points)
     real(rk), intent(inout) :: table(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(size(numbers))

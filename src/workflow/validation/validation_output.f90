@@ -74,8 +74,8 @@ contains
     if (reason == reason_converged) text = 'converged'
   end function status
 
-  !> Adds to the report: minimum, median, p95 and maximum of each error, the worst points, the number of answers by each method,
-  !> the verdict and the times.
+  !> Adds to the report: minimum, median, p95 and maximum of each error, the points with the largest e_lambda_rid, the number of
+  !> answers by each method, the verdict, the warnings, the times and, after a benchmark, the speed-up.
   subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
     !> type of the solver that solved the full-order points
@@ -108,7 +108,7 @@ contains
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> Logs a warning for each kind of error that is large.
+  !> Logs the warnings of error_warnings: of e_u, e_lambda_rid and e_lambda_all if they are large or could not be measured.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
@@ -120,8 +120,8 @@ contains
     end do
   end subroutine warn_of_errors
 
-  !> Adds the times and the speed-up over two full-order solvers. The first one is the deck's solver, which is usually the faster
-  !> one because it may solve many points at once.
+  !> Adds the times per point [s] and the speed-up of a query over two full-order solvers. The first one is the deck's solver, which
+  !> is usually the faster one because it may solve many points at once.
   subroutine report_benchmark(solver_type, outcome, report)
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
@@ -155,10 +155,12 @@ contains
     is_no_number = .not. (value >= 0)
   end function is_no_number
 
-  !> Returns up to n_worst lines, each with a point, its error i_error and its number of active pairs; the largest error first.
+  !> Returns up to n_worst lines, each with a point, its error and its number of active pairs in the full-order solution; the
+  !> largest error first. Points whose error is 0 or NaN are left out.
   function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
+    !> position in error_names
     integer, intent(in) :: i_error
     type(string_t), allocatable :: points(:)
     logical :: is_left(size(outcome%points, 2))

@@ -32,7 +32,8 @@ module sig_verdict
 
 contains
 
-  !> Returns the verdict: p95 of e_lambda_all compared with the deck's limit. Points without a full-order solution do not count.
+  !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit.
+  !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the model is not accepted.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
@@ -78,8 +79,9 @@ contains
     errors = pack(errors, outcome%reason_full_order > 0)
   end function counted_errors
 
-  !> Returns a table without a line end at its end: median, p95 and maximum of the errors and of the bounds, the number of points
-  !> without a bound or an answer, and of those that the fallback answered.
+  !> Returns a table without a line end at its end: median, p95 and maximum of e_u, e_lambda_rid and e_lambda_all (by
+  !> counted_errors) and of the bounds, where there are any; the number of points without a bound or an answer, and of those that
+  !> the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
