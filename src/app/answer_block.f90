@@ -32,12 +32,13 @@ module sig_answer_block
   type :: answer_block_t
     type(online_model_t), pointer :: online => null()
     type(asker_t), allocatable :: askers(:)
-    !> the caller sets the points and their number; shape (n_parameters, capacity)
+    !> the caller sets the points, the first columns, and their number; shape (n_parameters, capacity)
     real(rk), allocatable :: points(:, :)
     integer :: n_points = 0
     !> [force] of all contacts, shape (n_multipliers, capacity)
     real(rk), allocatable :: multipliers(:, :)
-    !> these components of the answers, shape (capacity); is_outside: the point is outside of the trained box
+    !> these components of the answers, shape (capacity). methods: 0 without an answer; bounds: [-], negative where there is none;
+    !> is_outside: the point is outside of the trained box
     integer, allocatable :: clusters(:)
     integer, allocatable :: methods(:)
     integer, allocatable :: reasons(:)
@@ -56,7 +57,8 @@ module sig_answer_block
 
 contains
 
-  !> Prepares a block for up to `capacity` points at a time. Errors: message is allocated if the model cannot answer.
+  !> Prepares a block for up to `capacity` points at a time, with data of its own for each thread. Errors: message is allocated if
+  !> the model cannot answer. Requires: a new block.
   subroutine create(self, online, n_threads, capacity, message)
     class(answer_block_t), intent(inout) :: self
     !> prepared
@@ -164,8 +166,8 @@ contains
     end do
   end function table_header
 
-  !> Returns the column names of each contact of the deck: area, force, moment, and the sum of the moments of both sides
-  !> (imbalance).
+  !> Returns the column names of each contact of the deck, each after a comma: area, force, moment, and the sum of the moments of
+  !> both sides (imbalance).
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -198,7 +200,7 @@ contains
     end function moment_columns
   end function contact_columns
 
-  !> Returns the line of the table for point i of the block, without a line end.
+  !> Returns the line of the table for point i of the block, 1-based, without a line end. Requires: answer.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i
@@ -223,7 +225,7 @@ contains
     end associate
   end function line
 
-  !> Returns the values of the columns of contact_columns for point i, `nan` without an answer.
+  !> Returns the values of the columns of contact_columns for point i, each after a comma; `nan` without an answer.
   function contact_values(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i

@@ -30,7 +30,8 @@ module sig_check
 contains
 
   !> Prints the effective deck, which is a valid deck itself, and the sizes as comments; with --fields also writes check.h5 and
-  !> check.xdmf. Collective on all ranks.
+  !> check.xdmf, even after an error if supports and loads could be built. Warns if the tool that trains forests is missing and may
+  !> be needed. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: --at is no valid point; those of the loading of the problem, of build_points,
   !> check_points and check_box; a file cannot be written.
@@ -93,7 +94,8 @@ contains
     end if
   end subroutine choose_shown
 
-  !> Writes check.h5 and check.xdmf in the results folder, also after an error of the deck. Collective on all ranks.
+  !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already. Collective on all ranks. Errors
+  !> are printed and set session%exit_code: the folder cannot be claimed; a file cannot be written.
   subroutine write_fields(point, session, ierr)
     real(rk), intent(in) :: point(:)
     type(session_t), intent(inout) :: session
@@ -116,7 +118,7 @@ contains
     end if
   end subroutine write_fields
 
-  !> Returns a line with the names of the boundaries, which viewers show only as numbers in the field `boundary`.
+  !> Returns `# boundaries: 1 left, 2 right` and a line end; viewers show only these numbers, in the field `boundary`.
   function boundary_text(problem) result(text)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: text
@@ -132,7 +134,8 @@ contains
     text = text // new_line('a')
   end function boundary_text
 
-  !> Returns the comment lines below the deck: sizes, contacts, the planned solver and notes.
+  !> Returns the comment lines below the deck, without a line end at their end: sizes, contacts, the condition number of B, the
+  !> planned solver, notes and inert pairs.
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

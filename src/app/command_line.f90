@@ -41,7 +41,8 @@ contains
   !> Reads the arguments of the command line.
   !>
   !> Errors: no command, an unknown command or option, an option of another command, an option without a value or with a wrong one,
-  !> no file or a word too many, predict without exactly one of --at and --points, PETSc options for a command without PETSc.
+  !> no file or a word too many, predict without exactly one of --at and --points, check with --at but without --fields, PETSc
+  !> options for a command without PETSc. After --help or --version neither the file nor combinations are checked.
   subroutine parse_command_line(arguments, command, error)
     !> without the name of the program
     type(string_t), intent(in) :: arguments(:)

@@ -76,7 +76,7 @@ contains
     end do
   end function material_section
 
-  !> Returns the boundaries of the mesh as comments, a support and a load.
+  !> Returns the section of boundaries: those of the mesh as comments, a support per body and a load, with places to fill in.
   function boundary_section(mesh) result(text)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: text
@@ -95,7 +95,7 @@ contains
       'loads:' // nl // '  - {boundary: ' // placeholder // ', pressure: P}' // nl
   end function boundary_section
 
-  !> Returns one support for each body.
+  !> Returns one line per body with a support of all components, whose boundary is to be filled in.
   function support_lines(mesh) result(lines)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: lines

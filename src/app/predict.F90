@@ -119,7 +119,8 @@ contains
     call block%destroy()
   end subroutine predict_points
 
-  !> Reads the next points of --points and checks them if --strict is given; n_points is 0 at the end.
+  !> Reads the next points of --points into the block and checks them by check_box; block%n_points is 0 at the end and always with
+  !> --at. Errors: a line of the file is no point; that of check_box.
   subroutine next_block(command, list, block, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -132,7 +133,7 @@ contains
     if (.not. allocated(error)) call check_box(command, block, error)
   end subroutine next_block
 
-  !> Errors: --strict is given, and a point is outside of the trained box.
+  !> Checks with --strict whether the points lie in the trained box. Errors: the first point outside of it.
   subroutine check_box(command, block, error)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -149,7 +150,7 @@ contains
 
   !> Answers one block of points after the other and writes the lines in the order of the points. The memory does not depend on the
   !> number of points, and the order of the lines does not depend on the number of threads. Warns of points outside of the trained
-  !> box and of points with several solutions.
+  !> box and of points with several solutions. Errors: those of next_block; the table cannot be written.
   subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -157,6 +158,7 @@ contains
     type(answer_block_t), intent(inout) :: block
     type(output_stream_t), intent(inout) :: table
     type(predicted_fields_t), intent(inout) :: fields
+    !> a signal came before the last point
     logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_outside
@@ -202,7 +204,7 @@ contains
     end if
   end subroutine say_stopped
 
-  !> Reports points without an answer, which are marked in the table, and sets the exit code.
+  !> Warns of points without an answer, which are marked in the table, and sets exit_code to 3 if there are any.
   subroutine report_unanswered(block, exit_code)
     type(answer_block_t), intent(in) :: block
     integer, intent(inout) :: exit_code
@@ -215,7 +217,7 @@ contains
       ' without an answer; the column status says why')
   end subroutine report_unanswered
 
-  !> Reports the number of answers by each method.
+  !> Logs the number of answers by each method and the path of the table; nothing if the table goes to the terminal.
   subroutine report_methods(command, block)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -231,7 +233,7 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Reports the folder of the fields.
+  !> Logs the folder of the fields and how many points have them, and warns of points without fields.
   subroutine report_fields(command, fields)
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields

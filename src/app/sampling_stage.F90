@@ -19,7 +19,8 @@ module sig_sampling_stage
 
 contains
 
-  !> Solves the training points, or selects and solves them, and writes snapshots.h5; with clusters.target also candidates.h5.
+  !> Solves the training points, or selects and solves them (greedy), and writes snapshots.h5; with clusters.target, and by greedy
+  !> projection, also candidates.h5.
   !> Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of sample and
@@ -53,7 +54,8 @@ contains
     end if
   end subroutine sample_stage
 
-  !> Writes candidates.h5 with the points at which the errors of local models are measured. Collective on all ranks.
+  !> Solves the candidates of clusters.target, at which the errors of local models are measured, and writes candidates.h5.
+  !> Collective on all ranks. Errors are printed and set session%exit_code: those of sample.
   subroutine sample_candidates(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -67,7 +69,7 @@ contains
       found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates
 
-  !> Logs how a sampling ended, and sets session%exit_code.
+  !> Logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not converge.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -118,7 +120,7 @@ contains
       'elastic constants need a factorization of their own')
   end subroutine announce_stiffness
 
-  !> Errors: the deck has no training section.
+  !> Checks that the deck has a training section. Errors: it has none.
   subroutine need_training(session, error)
     type(session_t), intent(in) :: session
     type(error_t), allocatable, intent(out) :: error

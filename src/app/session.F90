@@ -110,8 +110,8 @@ contains
     if (allocated(error)) call self%fail(error)
   end subroutine claim_folder
 
-  !> Prints an error and sets exit_code and has_failed; an error with exit_stopped ends the session as stop does. All ranks call it
-  !> with the same error.
+  !> Prints an error, with its line of the deck if it is in the deck, and sets exit_code and has_failed. An error with exit_stopped
+  !> ends the session as stop does. All ranks call it with the same error.
   subroutine fail(self, error)
     class(session_t), intent(inout) :: self
     type(error_t), intent(in) :: error
@@ -145,7 +145,8 @@ contains
 
   !> Frees the problem and unlocks the results folder. Collective on all ranks.
   !>
-  !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command.
+  !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command or solver. They
+  !> are not looked for after an error of the user.
   subroutine close(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command

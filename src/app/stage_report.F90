@@ -113,7 +113,7 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns in the log and in the report if residuals of full-order solutions are large.
+  !> Warns in the log and in the report if a residual of the full-order solutions is above the limit of equilibrium_warning.
   subroutine warn_of_residuals(residuals, report)
     !> [-] residuals of equilibrium at the solved points, shape (n_points)
     real(rk), intent(in) :: residuals(:)

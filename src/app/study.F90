@@ -69,7 +69,8 @@ contains
   !> Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; snapshots are missing, or of another deck or mesh;
-  !> those of build_model; a file cannot be written. The exit code is that of "not converged" if a training point has no solution.
+  !> those of build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and
+  !> the exit code is that of "not converged". A signal during a refinement ends it without a new model.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -183,7 +184,7 @@ contains
   !>
   !> Errors are printed and set session%exit_code: the deck has no test points; a point is not valid; the model is missing or of
   !> another deck; it cannot answer; a file cannot be written. The exit code is that of "not converged" if a point has no full-order
-  !> solution, or has one but no answer.
+  !> solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal nothing is written.
   subroutine validate_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report

@@ -66,8 +66,8 @@ contains
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
 
-  !> Returns warnings of errors of a model: of each of judged_names whose median or 95 % quantile is above its limit, or that has no
-  !> value at any point.
+  !> Returns warnings of errors of a model: of each of e_u, e_lambda_rid and e_lambda_all whose median or 95 % quantile is above its
+  !> limit, or that has no value at any point. Empty without warnings.
   pure function error_warnings(names, errors) result(warnings)
     !> columns of validation.csv; a judged one that is missing gives no warning
     character(*), intent(in) :: names(:)
@@ -95,7 +95,7 @@ contains
     end do
   end function error_warnings
 
-  !> Whether the column has a value at some point.
+  !> Whether the errors of this name are there and have a value other than NaN at some point.
   pure logical function is_measured(names, errors, name)
     character(*), intent(in) :: names(:)
     real(rk), intent(in) :: errors(:, :)

@@ -98,8 +98,9 @@ contains
     call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck%parameters), error)
   end subroutine check_box
 
-  !> Returns the degree of the interpolating polynomials in a round of refinement: 3 in round 0 with one variable, else 2, and one
-  !> more in each further round. With several variables the first degree is lower, because each degree takes many nodes.
+  !> Returns the degree of the interpolating polynomials of a body in a round of refinement: 3 in round 0 with one variable, 2 with
+  !> none or several, and one more in each further round. With several variables the first degree is lower, because each degree
+  !> takes many nodes.
   pure integer function degree(self, i_round)
     class(body_constants_t), intent(in) :: self
     !> from 0
@@ -215,7 +216,7 @@ contains
     if (material_term > 0) term_of = problem%constant_terms(material_term - 1)
   end function term_of
 
-  !> Numbers of the materials of a body, ascending.
+  !> Returns the numbers of the materials of a body, ascending.
   function materials_of_body(problem, i_body) result(materials)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
@@ -238,7 +239,7 @@ contains
     body_of_cell = problem%motions%body_of_node(problem%mesh%cell_nodes(problem%mesh%cell_offsets(i_cell) + 1))
   end function body_of_cell
 
-  !> Makes the bodies with their own materials, whose constants are those in the middle of the box.
+  !> Makes self%body, where each body has its own materials, with the constants in the middle of the box. Requires: a new object.
   subroutine create(self, problem, constants)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -264,7 +265,7 @@ contains
     call self%body%set_moduli(self%moduli, self%ratios)
   end subroutine create
 
-  !> Sets the materials of one body from the values of its variables. Its first modulus does not change.
+  !> Sets in self the elastic constants of one body from the values of its variables. Its first modulus does not change.
   subroutine set(self, problem, i_body, values)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem

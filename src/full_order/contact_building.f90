@@ -30,7 +30,7 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(out) :: rows
-    !> a sentence for each entry that needs mortar
+    !> a sentence for each entry with mortar rows: why it has no pairs, and what was found
     type(string_t), allocatable, intent(out) :: notes(:)
     !> the multipliers of the entry sit on its second surface; shape (size(deck%contact))
     logical, intent(out) :: is_swapped(:)

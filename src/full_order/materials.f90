@@ -90,7 +90,8 @@ contains
   end function varying_constants
 
   !> Returns how many points share a stiffness: the number of points over the number of different stiffnesses, rounded down. It is
-  !> the largest value of the deck's sets of points: output, training, candidates of the clusters, and test.
+  !> the largest value of the deck's sets of points: output, training (at most greedy.max_points), candidates of the clusters, and
+  !> test. Sets that cannot be read do not count.
   integer function most_points_per_stiffness(deck, terms) result(n)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms

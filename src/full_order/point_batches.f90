@@ -148,7 +148,7 @@ contains
     end function takes_second
   end subroutine merge_sort
 
-  !> Whether one is smaller than the other in the first constant that differs.
+  !> Whether `one` is smaller than `other` in the first constant that differs; false if all are equal.
   pure logical function precedes(one, other)
     real(rk), intent(in) :: one(:)
     real(rk), intent(in) :: other(:)

@@ -113,8 +113,8 @@ contains
     PetscCall(self%take_body(problem, body, ierr))
   end subroutine look_at
 
-  !> Puts the stiffness of given bodies into the system. The solver is freed, and the next solve makes it anew if the stiffness
-  !> depends on the parameters. Collective.
+  !> Puts the stiffness of given bodies into the system and frees the solver. The next solve makes the solver anew if the stiffness
+  !> depends on the parameters; otherwise nothing makes it anew, and solve must not be called afterwards. Collective.
   subroutine take_body(self, problem, body, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -137,7 +137,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> solution, and the wall time of the solver without the residuals
+    !> solution, and the wall time of assembly and solver without the residuals
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: start, theta(problem%boundary%n_terms)
@@ -184,7 +184,8 @@ contains
   end function n_points_at_once
 
   !> Returns the condensed operator of the system: the solver itself if it is condensed, else one that is made at the first call.
-  !> It belongs to the point solver. Requires: the stiffness does not depend on the parameters. Collective.
+  !> condensed%reason says whether the stiffness could be factored. The operator belongs to the point solver. Requires: the
+  !> stiffness does not depend on the parameters. Collective.
   subroutine condense(self, condensed, ierr)
     class(point_solver_t), target, intent(inout) :: self
     type(condensed_t), pointer, intent(out) :: condensed

@@ -210,7 +210,7 @@ contains
     end do
   end subroutine check_zones
 
-  !> Makes the bodies with their elastic constants in the middle of the box.
+  !> Makes problem%material_terms and the bodies with their elastic constants in the middle of the box.
   subroutine create_body(deck, material_of_cell, problem)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: material_of_cell(:)
@@ -304,10 +304,10 @@ contains
   end subroutine leave_out_rows
 
   !> Returns the name of one surface of a contact entry. Side 1 carries the multipliers: it is the deck's first surface unless the
-  !> sides were swapped.
+  !> sides were swapped. Requires: side 2 is not an obstacle.
   pure type(name_config_t) function surface_of_side(problem, i_entry, side) result(name)
     type(problem_t), intent(in) :: problem
-    !> number of the contact entry
+    !> number of the contact entry, 1-based
     integer, intent(in) :: i_entry
     !> 1 or 2
     integer, intent(in) :: side
