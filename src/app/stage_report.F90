@@ -142,7 +142,8 @@ contains
     if (allocated(error)) call session%fail(error)
   end subroutine write_report
 
-  !> Writes report.yaml as write_report says. Local. Errors: the file cannot be written.
+  !> Writes report.yaml as write_report says; an earlier one that cannot be read is replaced. Local. Errors: the file cannot be
+  !> written.
   subroutine write_report_file(session, renewed, report, error)
     type(session_t), intent(in) :: session
     character(*), intent(in) :: renewed(:)

@@ -40,8 +40,8 @@ contains
     end do
   end function missing_rows
 
-  !> Returns the rows that have the smallest opening of a snapshot, where contact would begin. Each row is listed once, in ascending
-  !> order.
+  !> Returns for each snapshot the row with its smallest opening, where contact would begin; of nearly equal ones the first. Each
+  !> row is listed once, in ascending order. Requires: at least one row.
   pure function rows_next_to_close(openings) result(rows)
     !> [length] opening of each contact row, shape (n_rows, n_snapshots)
     real(rk), intent(in) :: openings(:, :)

@@ -33,7 +33,7 @@ module sig_enrichment
     integer, allocatable :: ranks(:)
     !> [-] kappa, infinite below full rank
     real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest singular value over the smallest one that is not zero
+    !> [-] largest singular value over the smallest one that is not zero; infinite if all are zero, 1 without rows
     real(rk), allocatable :: ratios(:)
   end type enrichment_path_t
 
@@ -89,7 +89,7 @@ contains
     allocate (path%chosen(0), path%ranks(0), path%condition_numbers(0), path%ratios(0))
   end subroutine start_path
 
-  !> Appends rank, kappa and ratio of the contact rows to the path.
+  !> Appends to the path rank, kappa and the ratio of singular values of M with the hats so far.
   pure subroutine append_state(sigma, n_rows, rule, path)
     !> singular values of M, descending
     real(rk), intent(in) :: sigma(:)
@@ -121,7 +121,7 @@ contains
     end associate
   end function is_finished
 
-  !> Returns the candidate that gives the smallest ratio of singular values.
+  !> Returns the index of the candidate that gives the smallest ratio of singular values; of nearly equal ones the first.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
     type(column_space_t), intent(in) :: space
     integer, intent(in) :: rows(:)

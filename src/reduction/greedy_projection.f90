@@ -38,7 +38,7 @@ contains
     class(greedy_projection_t), intent(out) :: self
     !> shape (n, n_vectors); scale them before, because errors are lengths of what is left of them
     real(rk), allocatable, intent(inout) :: vectors(:, :)
-    !> largest number of vectors that will be taken
+    !> largest number of vectors that will be taken; `take` may not be called more often
     integer, intent(in) :: n_most
     integer :: n
 

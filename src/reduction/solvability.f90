@@ -57,6 +57,7 @@ contains
   subroutine hang_bodies(n_free, rank_tolerance, cluster)
     !> number of rigid motions that only contact holds
     integer, intent(in) :: n_free
+    !> [-] as in measure_stiffness; openings below this times the size of the row count as zero, too
     real(rk), intent(in) :: rank_tolerance
     type(hhr_data_t), intent(inout) :: cluster
     real(rk), allocatable :: direction(:), reach(:, :), s(:), u(:, :), vt(:, :)
@@ -130,8 +131,8 @@ contains
       to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
-  !> Returns the warnings about a model, one sentence each, without full stop. Requires: the ranks and condition numbers in
-  !> `cluster`.
+  !> Returns the warnings about a model, one sentence each, without full stop; none if all is well. Requires: the ranks and
+  !> condition numbers in `cluster`.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(hhr_data_t), intent(in) :: cluster
     !> both hats of every pair are in the basis

@@ -25,8 +25,8 @@ module sig_cluster_division
 
 contains
 
-  !> Makes the clusters of the snapshots, and fills model%choice unless there is one cluster. Collective on all ranks, with the same
-  !> result on each.
+  !> Makes the clusters of the snapshots, and fills model%choice unless n_clusters is 1. With small_clusters: merge there may be
+  !> fewer clusters than asked for. Collective on all ranks, with the same result on each.
   !>
   !> Source: section 4. Errors: a snapshot is zero; a point of the grid has no solution (regular clusters); more clusters than items
   !> are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
@@ -65,7 +65,7 @@ contains
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots
 
-  !> Writes a warning to the log where two snapshots are equal. Collective on all ranks.
+  !> Writes a warning to the log about the first two equal snapshots, if there are any. Collective on all ranks.
   subroutine warn_of_identical(deck, snapshots, lengths, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -79,7 +79,8 @@ contains
       format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
-  !> Clusters the cells of the grid by the principal angles between their POD modes. Source: section 4.1.
+  !> Clusters the cells of the grid by the principal angles between their POD modes, and fills model%choice. Collective on all
+  !> ranks. Source: section 4.1. Errors: those of need_whole_grid, find_medoids and check_clusters.
   subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -126,7 +127,8 @@ contains
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
-  !> Clusters the snapshots by the angles between them, and trains a forest on their labels. Source: section 4.2.
+  !> Clusters the snapshots by the angles between them, and trains a forest on their labels unless merging leaves one cluster.
+  !> Collective on all ranks. Source: section 4.2. Errors: those of find_medoids, check_clusters and train_forest.
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -213,7 +215,7 @@ contains
       ': merged into cluster ' // to_text(i_target) // ' (' // counted(sizes(i_target), 'snapshot') // '), whose medoid is nearest')
   end subroutine dissolve_small
 
-  !> Keeps the loss and the silhouette in the model.
+  !> Keeps the loss and the silhouette of the clusters in model%choice.
   subroutine keep_division(found, choice)
     type(medoids_t), intent(in) :: found
     type(model_choice_t), intent(inout) :: choice

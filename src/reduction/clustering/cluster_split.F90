@@ -32,7 +32,7 @@ module sig_cluster_split
 contains
 
   !> Splits cluster k: it keeps the first half, and the second half becomes a new last cluster. For irregular clusters the forest is
-  !> trained again. Collective on division%comm, with the same result on each rank.
+  !> trained again on all snapshots. Collective on division%comm, with the same result on each rank.
   !>
   !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained.
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
@@ -42,7 +42,7 @@ contains
     !> number of the cluster
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
-    !> false where a half would have too few snapshots; then the division does not change
+    !> false where a half would have too few snapshots; then no cluster changes
     logical, intent(out) :: is_split
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -84,14 +84,14 @@ contains
     end associate
   end subroutine restore_forest
 
-  !> Splits a cluster by the principal angles between the POD modes of its cells. A snapshot that was added to the grid goes to the
-  !> half of the cell that contains its point.
+  !> Halves a cluster by the principal angles between the POD modes of its cells. The division gets cells and labels if it has none.
+  !> A snapshot that was added to the grid goes to the half of the cell that contains its point.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
-    !> cluster of each cell after the split
+    !> cluster of each cell of the grid after the split, 1-based
     integer, allocatable, intent(out) :: labels(:)
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
@@ -130,7 +130,7 @@ contains
     allocate (choice%labels(choice%cells%n_cells()), source=1)
   end subroutine need_labels
 
-  !> Splits a cluster by the angles between its snapshots.
+  !> Halves a cluster by the angles between its snapshots. Collective on comm.
   subroutine halve_snapshots(deck, snapshots, cluster, comm, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots

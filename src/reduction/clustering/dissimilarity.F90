@@ -110,6 +110,7 @@ contains
   end subroutine dissimilarity_of_snapshots
 
   !> Gives every rank the whole symmetric matrix. Before, each rank has some columns of the lower triangle, and zeros elsewhere.
+  !> Collective on comm.
   subroutine complete_columns(comm, matrix, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: matrix(:, :)

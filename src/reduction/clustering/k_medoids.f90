@@ -66,8 +66,9 @@ contains
     end select
   end subroutine explain
 
-  !> Finds clusters for each number from 2 to max_clusters, and returns those with the largest silhouette; of nearly equal ones
-  !> those with the fewest clusters. Returns one cluster where max_clusters is 1 or there is only one item. Errors: as find_medoids.
+  !> Finds clusters for each number from 2 to max_clusters or to the number of items, and returns those with the largest silhouette;
+  !> of nearly equal ones those with the fewest clusters. Returns one cluster where max_clusters is 1 or there is only one item.
+  !> Errors: as find_medoids.
   subroutine choose_n_clusters(dissimilarity, max_clusters, options, best, error)
     !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)

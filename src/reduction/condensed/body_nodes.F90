@@ -115,8 +115,8 @@ contains
     end do
   end subroutine fill_nodes
 
-  !> Computes the responses for the elastic constants in `joined` with one factorization, and adds 1 to data%n_factorizations.
-  !> Collective on the ranks of the team.
+  !> Computes the responses for the elastic constants in `joined` with one factorization, and adds 1 to data%n_factorizations. The
+  !> stiffness of the team is then that of `joined`. Collective on the ranks of the team.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine solve_node(problem, team, joined, data, responses, error, ierr)
@@ -147,7 +147,7 @@ contains
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
-  !> Appends the part of the responses that belongs to one body as its next node. Collective on all ranks.
+  !> Appends to data%bodies(i_body) the part of the responses that belongs to this body, as its next node. Collective on all ranks.
   subroutine add_node(problem, team, responses, i_body, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

@@ -197,6 +197,7 @@ contains
 
   !> Raises data%largest_size to the largest norm of the contact forces in the norm of W, without the anchors.
   subroutine measure_forces(multipliers, data)
+    !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
     class(condensed_data_t), intent(inout) :: data
     real(rk) :: forces(size(multipliers, 1)), closing(size(multipliers, 1))

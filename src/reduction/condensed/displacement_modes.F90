@@ -36,8 +36,8 @@ module sig_displacement_modes
 
 contains
 
-  !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Collective on all ranks, with
-  !> the same result on each.
+  !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Afterwards `joined` and the
+  !> stiffness of the team are those of mu_0. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine add_displacement_modes(problem, team, joined, snapshots, data, error, ierr)
@@ -264,8 +264,8 @@ contains
     end do
   end subroutine keep_body
 
-  !> Computes Phi'F, the work of the loads on the POD modes Phi, and V'B', the work of unit contact forces on the basis V.
-  !> Collective on all ranks.
+  !> Sets modes%loads to Phi'F, the work of the loads on the POD modes Phi, and modes%contact to V'B', the work of unit contact
+  !> forces on the basis V after the motions that close the anchors. Collective on all ranks.
   subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors

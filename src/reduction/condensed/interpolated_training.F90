@@ -212,7 +212,8 @@ contains
     data%start_sets = start_sets_of(snapshots%forces(), data%anchors)
   end subroutine start_data
 
-  !> Returns the mean number of nodes that a body is likely to need, for estimates of memory.
+  !> Returns the mean number of interpolation nodes that a body is likely to need (polynomials of degree 7), for estimates of
+  !> memory.
   pure real(rk) function usual_nodes_of(constants) result(n_nodes)
     type(body_constants_t), intent(in) :: constants(:)
     integer :: i
@@ -236,7 +237,8 @@ contains
     end do
   end subroutine move_anchors
 
-  !> Whether some body needs an interpolation, because its moduli do not all scale together.
+  !> Whether some body needs an interpolation, because its Young's moduli do not all scale together or a Poisson's ratio of it
+  !> varies.
   pure logical function any_variable(constants)
     type(body_constants_t), intent(in) :: constants(:)
     integer :: i
@@ -244,7 +246,8 @@ contains
     any_variable = any([(size(constants(i)%numerators) > 0, i=1, size(constants))])
   end function any_variable
 
-  !> Whether the nodes of a round are allowed for every body: at most n_most nodes, and at most most_variables variables.
+  !> Whether the nodes of round i_round (from 0 on) are allowed for every body: at most n_most nodes, and at most most_variables
+  !> variables.
   pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round

@@ -33,7 +33,8 @@ module sig_interpolation_residuals
 
 contains
 
-  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true. Collective on all ranks, with the same result on each.
+  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true. Changes the stiffness of the team and the elastic
+  !> constants in `joined`. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine measure_residuals(problem, team, joined, data, error, ierr)

@@ -36,8 +36,9 @@ contains
     sets = pack_columns(is_active)
   end function start_sets_of
 
-  !> Sets reference_points, reference_of_point and transforms of `data`. A reference whose transform does not exist is left out.
-  !> There are no references where max_size does not allow one transform.
+  !> Sets reference_points (at most 32 training points), reference_of_point and transforms of `data`. A reference whose transform
+  !> does not exist is left out. Where max_size does not allow one transform there are no references: the lists are empty, and
+  !> transforms is not set.
   !>
   !> Errors: those of find_medoids.
   subroutine choose_references(max_size, data, error)
@@ -86,7 +87,7 @@ contains
     if (.not. allocated(error)) group_of_set = nearest_sets(sets, candidates(found%medoids))
   end subroutine group_sets
 
-  !> Returns the numbers of the columns that differ from all columns before them.
+  !> Returns the numbers, ascending, of the columns that differ from all columns before them.
   pure function distinct_columns(columns) result(numbers)
     integer, intent(in) :: columns(:, :)
     integer, allocatable :: numbers(:)
@@ -101,7 +102,7 @@ contains
     end do
   end function distinct_columns
 
-  !> Returns for each pair of sets the number of contacts in which they differ.
+  !> Returns for each pair of sets the number of contacts in which they differ, shape (n_sets, n_sets).
   pure function differences(sets) result(counts)
     !> shape (n_contacts, n_sets)
     logical, intent(in) :: sets(:, :)
@@ -140,8 +141,10 @@ contains
     data%transforms = transforms(:, :n * size(data%reference_points))
   end subroutine transform_sets
 
-  !> Returns for each point the reference whose set differs in the fewest contacts; of equal ones the first.
+  !> Returns for each point the position in `references` of the point whose set differs in the fewest contacts; of equal ones the
+  !> first.
   pure function nearest_sets(sets, references) result(nearest)
+    !> shape (n_contacts, n_points)
     logical, intent(in) :: sets(:, :)
     !> numbers of the points that are references
     integer, intent(in) :: references(:)

@@ -40,7 +40,7 @@ contains
     Mat, intent(in) :: stiffness
     !> [length] rows of this rank, shape (n_local, n)
     real(rk), contiguous, intent(in) :: columns(:, :)
-    !> [sqrt(force*length)] shape (n, n)
+    !> R [sqrt(force*length)], upper triangle, shape (n, n)
     real(rk), allocatable, intent(out) :: triangle(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(basis_t) :: basis

@@ -45,8 +45,9 @@ module sig_response_errors
 
 contains
 
-  !> Sets measured_error and worst_point, the largest relative error of the contact forces at the training points, and largest_size,
-  !> the largest norm of these forces. Local.
+  !> Sets in `reduced` measured_error and worst_point, the largest relative error of the contact forces at the training points and
+  !> the number of this point, and largest_size, the largest norm of these forces in the norm of W. Without an answer the error is
+  !> very large. Local.
   subroutine measure_responses(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -91,7 +92,8 @@ contains
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
 
-  !> Sets data%largest_field, the largest size of the displacements by modes at the training points. Local. Requires: data%modes.
+  !> Raises data%largest_field to the largest size of the displacements by modes at the training points. Local. Requires:
+  !> data%modes.
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -130,10 +132,13 @@ contains
     allocate (self%is_answered(size(self%theta, 2)), source=.false.)
   end subroutine create
 
-  !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box.
+  !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box; of equal ones
+  !> the first.
   pure integer function nearest_of(parameters, points, point) result(nearest)
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     real(rk) :: sides(size(point)), squares(size(points, 2))
     integer :: i
@@ -143,8 +148,8 @@ contains
     nearest = minloc(squares, dim=1)
   end function nearest_of
 
-  !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error. Requires:
-  !> measure_responses of the same round.
+  !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error, which is huge in the
+  !> first round. Requires: measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

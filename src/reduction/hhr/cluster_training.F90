@@ -165,7 +165,7 @@ contains
     end do
   end subroutine log_cluster_warnings
 
-  !> Trains the model of one cluster. Collective on comm.
+  !> Trains the model of one cluster. Collective on comm. Errors: those of choose_domain and build_system; no modes are left.
   subroutine train_cluster(problem, snapshots, comm, modes, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

@@ -168,8 +168,8 @@ contains
     end associate
   end subroutine fill_certificate
 
-  !> Computes POD modes ("patterns") of the contact forces of the snapshots in the norm of W, that is, in the energy norm of the
-  !> displacements that the forces cause. Local.
+  !> Computes up to 20 POD modes ("patterns") of the contact forces of up to 300 of the snapshots in the norm of W, that is, in the
+  !> energy norm of the displacements that the forces cause. Local.
   subroutine choose_patterns(forces, openings, largest_size, patterns, pattern_openings)
     !> [force] Lambda, in balance with the anchors, and [length] W Lambda; shape (n_multipliers, n_snapshots)
     real(rk), intent(in) :: forces(:, :)

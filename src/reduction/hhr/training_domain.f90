@@ -34,7 +34,7 @@ contains
     !> modes of the contact forces, shape (n_multipliers, n_dual_modes)
     real(rk), intent(in) :: dual_modes(:, :)
     type(reduced_domain_t), intent(out) :: domain
-    !> nodes on which prescribed displacements are imposed as equations
+    !> nodes on which prescribed displacements are imposed as equations; none with a lifting; repetitions are possible
     integer, allocatable, intent(out) :: moved_nodes(:)
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: dual_rows

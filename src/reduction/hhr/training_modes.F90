@@ -76,8 +76,9 @@ contains
     end if
   end function terms_at
 
-  !> Sets n_domain by pod_tolerance and n_extra by extended_pod_tolerance, or as the deck gives them. Source: section 3.4. Errors:
-  !> the deck asks for more modes than there are.
+  !> Sets modes%n_domain to reduction.n_modes, or by pod_tolerance if the deck has none, and modes%n_extra by
+  !> extended_pod_tolerance, or to extra_modes if the deck has none. Source: section 3.4. Errors: the deck asks for more modes than
+  !> there are.
   subroutine count_modes(reduction, path, modes, error)
     type(reduction_config_t), intent(in) :: reduction
     character(*), intent(in) :: path

@@ -41,8 +41,8 @@ contains
     end do
   end subroutine find_zone_nodes
 
-  !> Returns the nodes of loaded surfaces on which a load is not zero at a training point or at a corner of the box. Body forces do
-  !> not count, because they act on all nodes of a region.
+  !> Returns the nodes of loaded surfaces on which a load is not zero at a training point or, with up to 10 parameters, at a corner
+  !> of the box; ascending, each once. Body forces do not count, because they act on all nodes of a region.
   !>
   !> Errors: the mesh lacks a boundary.
   subroutine find_loaded_nodes(problem, training_points, nodes, error)
