@@ -105,7 +105,9 @@ contains
     exit_code = session%exit_code
   end subroutine run_on_deck
 
-  !> Runs the stage of the command, or all stages for run: sample, train, validate, fields. Stops at the first stage that fails.
+  !> Runs the stage of the command, or all stages for run: sample, train, validate (if the deck has a test section), fields. Stops
+  !> at the first stage that fails. Errors are printed and set session%exit_code: --at is no valid point; the tool that trains
+  !> forests is missing, for train and run; those of the stages.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), target, intent(inout) :: session

@@ -20,8 +20,7 @@ module sig_sampling_stage
 contains
 
   !> Solves the training points, or selects and solves them (greedy), and writes snapshots.h5; with clusters.target, and by greedy
-  !> projection, also candidates.h5.
-  !> Collective on all ranks.
+  !> projection, also candidates.h5. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of sample and
   !> select_points. The exit code is that of "not converged" if a point did not converge.

@@ -109,7 +109,8 @@ contains
     degree = merge(3, 2, size(self%numerators) == 1) + i_round
   end function degree
 
-  !> Returns the middle of the box first, then its corners and n_samples points inside, shape (n_parameters, n_points).
+  !> Returns the middle of the box first, then its corners (with up to 12 parameters) and n_samples points inside, shape
+  !> (n_parameters, n_points).
   function points_of_box(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable :: points(:, :)
@@ -154,8 +155,9 @@ contains
     call choose_variables(constants)
   end subroutine find_constants
 
-  !> Chooses whether the variables are the constants or their logarithms, and sets the ranges of the variables. A single constant
-  !> that varies little is taken as it is, so that its interpolation has an error bound.
+  !> Chooses whether the variables are the constants or their logarithms, and sets the ranges of the variables. A single constant is
+  !> taken as it is if its rate_of is at least `slowest`, so that its interpolation has an error bound. Otherwise logarithms are
+  !> taken.
   pure subroutine choose_variables(constants)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of(size(constants%numerators))
@@ -188,7 +190,7 @@ contains
     rate = distance + sqrt(max(0.0_rk, distance**2 - 1))
   end function rate_of
 
-  !> Adds an elastic constant to those that vary, unless its values are the same at all points.
+  !> Adds an elastic constant to those that vary, unless its values are the same at all points, up to rounding.
   subroutine add_variable(problem, numerator, denominator, values, constants)
     type(problem_t), intent(in) :: problem
     !> terms of create_material_terms; no denominator: 0

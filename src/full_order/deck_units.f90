@@ -9,8 +9,8 @@ module sig_deck_units
 
 contains
 
-  !> Returns the unit of contact forces and reactions. In plane models they are per unit thickness, in axisymmetric ones of the
-  !> full turn.
+  !> Returns the name of the unit of contact forces and reactions, such as `N`. In plane models forces are per unit thickness, such
+  !> as `N/m`, in axisymmetric ones of the full turn.
   pure function force_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit
@@ -19,7 +19,7 @@ contains
     if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function force_unit
 
-  !> Returns the unit of moments. In plane models they are per unit thickness.
+  !> Returns the name of the unit of moments, such as `N*m`. In plane models they are per unit thickness: `N*m/m`.
   pure function moment_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit
@@ -28,8 +28,8 @@ contains
     if (is_plane(mechanical_model(deck%mesh%model))) unit = unit // '/' // deck%units%length
   end function moment_unit
 
-  !> Returns the unit of the area of a contact: a length in plane models, otherwise an area. In axisymmetric models it is the area
-  !> of the full turn.
+  !> Returns the name of the unit of the area of a contact: of a length in plane models, `m`, otherwise of an area, `m2`. In
+  !> axisymmetric models it is the area of the full turn.
   pure function area_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit
@@ -38,7 +38,8 @@ contains
     if (.not. is_plane(mechanical_model(deck%mesh%model))) unit = unit // '2'
   end function area_unit
 
-  !> Returns the unit of stresses, force / length**2, by its name if it has one, such as `MPa`.
+  !> Returns the name of the unit of stresses: `Pa`, `kPa`, `MPa` or `GPa` if force / length**2 is one of these, otherwise such as
+  !> `N/cm2`.
   pure function stress_unit(deck) result(unit)
     type(deck_config_t), intent(in) :: deck
     character(:), allocatable :: unit

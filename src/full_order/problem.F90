@@ -192,7 +192,7 @@ contains
   end subroutine announce_plan
 
   !> Checks that the mesh has the zones of interest and the boundaries with exact displacements, because otherwise the error would
-  !> come only after the sampling.
+  !> come only after the sampling. Errors: the first that the mesh lacks; no node lies in a window.
   subroutine check_zones(deck, mesh, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -249,7 +249,8 @@ contains
     call problem%strains%evaluate(problem%mesh, problem%body, theta(:, 1), field)
   end subroutine strains_at
 
-  !> Makes prescribed displacements, loads and imposed strains, and all terms but those of gaps.
+  !> Makes prescribed displacements, loads and imposed strains, and all terms but those of gaps. Errors: those of
+  !> create_boundary_conditions, create_loads, create_imposed_strains and add_strain_forces.
   subroutine create_driving(deck, fields, problem, error)
     type(deck_config_t), intent(in) :: deck
     !> fields of the imposed strains
@@ -279,6 +280,7 @@ contains
   end subroutine create_driving
 
   !> Makes the contact rows, and adds the terms of their gaps behind all others. After an error there are no rows.
+  !> Errors: those of build_contact_rows.
   subroutine create_contact(deck, problem, error)
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem

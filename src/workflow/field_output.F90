@@ -160,7 +160,7 @@ contains
     call create_field_map(problem, header%fields, error)
   end subroutine describe_problem
 
-  !> Computes the values of the fields at a point. The point must have been checked, so that its terms have values.
+  !> Computes the values of the fields at a point from its full-order solution. Requires: check_points accepted the point.
   subroutine find_values(header, point, state, values)
     type(model_t), intent(in) :: header
     real(rk), intent(in) :: point(:)
@@ -206,7 +206,8 @@ contains
     call writer%surfaces%write_reduced(multipliers)
   end subroutine write_reduced
 
-  !> Writes the displacement of the reduced model. It is a field in viewers only if all nodes have a displacement.
+  !> Writes the displacement of the reduced model. It is a field that viewers show if all nodes have a displacement;
+  !> otherwise only an array of the file, with NaN where there is none.
   subroutine write_displacement(problem, displacement, writer)
     type(problem_t), intent(in) :: problem
     !> [length] of the reduced model, shape (n_dofs)

@@ -147,7 +147,7 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes for each contact of the deck the area that touches.
+  !> Writes for each contact of the deck the area that touches: of the rows whose force is more than rounding.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model

@@ -70,7 +70,7 @@ contains
     end do
   end subroutine report_resultants
 
-  !> Adds a numbered entry per contact: their names may contain characters that a key may not.
+  !> Adds the resultants of one point, below a number for each contact, because names may contain characters that a key may not.
   subroutine report_point(map, row_areas, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)

@@ -129,7 +129,7 @@ contains
     end do
   end subroutine finish_displacement_errors
 
-  !> [-] Returns the error, or infinity if it is NaN although there is contact.
+  !> [-] Returns the error, or infinity if it is NaN although the full-order solution has contact forces.
   pure real(rk) function measurable(error, multipliers)
     real(rk), intent(in) :: error
     !> [force] full-order contact forces, shape (n_multipliers)

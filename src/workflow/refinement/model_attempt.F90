@@ -83,7 +83,7 @@ contains
     !> the model gets a copy; not allocated: the model has none
     class(reduced_t), allocatable, intent(in) :: fallback
     integer, intent(in) :: n_clusters
-    !> in: its snapshots, is_measure and is_open
+    !> in: its snapshots, is_measure and is_open; out: all the rest, too
     type(attempt_t), intent(inout) :: attempt
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

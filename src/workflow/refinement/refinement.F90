@@ -60,7 +60,8 @@ module sig_refinement
 contains
 
   !> Builds models in rounds until the error at the candidates is at most clusters.target.error, or nothing more can be tried. The
-  !> model is that of the best round, with a warning if it misses the target. Collective on all ranks; the same on each.
+  !> model is that of the best round, with a warning if it misses the target. A signal ends it without a model (outcome%is_stopped).
+  !> Collective on all ranks; the same on each.
   !>
   !> Errors: those of take_solved, check_start, share_candidates and of the training in the first round; the forest cannot be
   !> trained again. A later round that cannot be trained is undone.
@@ -124,8 +125,7 @@ contains
   end subroutine check_start
 
   !> Tries 1, 2, ... clusters, each with a new division of all snapshots, until one reaches the target; keeps the best model. A
-  !> number of clusters that cannot be trained ends this with a warning. Collective on all ranks. Errors: one cluster cannot be
-  !> trained.
+  !> number of clusters that cannot be trained ends this with a warning, or, if it is 1, with an error. Collective on all ranks.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -211,7 +211,7 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses the cluster k with the largest error of those that can get snapshots or be split, and which of both is done; k = 0 if
+  !> Chooses the cluster k with the largest error of those that can get snapshots or be split, and whether it is split; k = 0 if
   !> there is none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
@@ -286,6 +286,7 @@ contains
   !> afterwards, whether they did so with the number of infinite errors.
   pure logical function has_gained(statistic, before, after)
     character(*), intent(in) :: statistic
+    !> [-] errors at the candidates of the cluster, before and after
     real(rk), intent(in) :: before(:)
     real(rk), intent(in) :: after(:)
     real(rk) :: error
@@ -327,8 +328,8 @@ contains
     end if
   end subroutine try_split
 
-  !> Adds a round to the outcome and logs it. If its model is better than all before, it becomes the best one; of nearly equal
-  !> models the first is kept.
+  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If its model is better than all before, it becomes the best
+  !> one; of nearly equal models the first is kept. An error without any value counts as infinite.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
     character(*), intent(in) :: action
@@ -363,8 +364,7 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> Whether the error is smaller than the best one by more than rounding, or, if both are infinite, whether fewer candidates
-  !> failed.
+  !> Whether the error is clearly smaller than the best one, or, if both are infinite, whether fewer candidates failed.
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
     integer, intent(in) :: n_failed

@@ -289,7 +289,7 @@ contains
     call self%reduced%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
-  !> Returns how many stiffnesses were factored for the responses; 0 if there are none.
+  !> Returns how many stiffnesses were factored for the responses; 0 without responses.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 

@@ -175,14 +175,17 @@ contains
   end subroutine close_buffer
 
   !> Solves the points. If the responses are used, some points are solved first with their own stiffness, then the responses are
-  !> made, and the other points are solved by them. Collective on all ranks.
+  !> made, and the other points are solved by them. Collective on all ranks. Errors: a shard cannot be written; the solver does not
+  !> use one of its PETSc options.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
     !> those that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> number of dofs whose displacements are kept: all or 0
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
+    !> n_failed and is_stopped are those of this group
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -232,12 +235,14 @@ contains
   end subroutine agree_to_end
 
   !> Solves this group's share of some points, as many at once as the solver takes. A point that did not converge is kept with its
-  !> reason. A signal ends the loop. Collective on the group.
+  !> reason. A signal ends the loop. Collective on the group. Errors: a shard cannot be written; the solver does not use one of its
+  !> PETSc options.
   subroutine solve_some(self, points, numbers, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     real(rk), intent(in) :: points(:, :)
     !> numbers of the points that are solved, 1-based
     integer, intent(in) :: numbers(:)
+    !> number of dofs whose displacements are kept: all or 0
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
@@ -272,6 +277,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> their positions in `numbers` of solve_some
     integer, intent(in) :: places(:)
+    !> number of dofs whose displacements are kept: all or 0
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
     type(sampling_result_t), intent(inout) :: outcome
@@ -299,7 +305,8 @@ contains
     PetscCall(broadcast_error(error, self%team%groups%comm, ierr))
   end subroutine solve_batch
 
-  !> Makes a record of a solution; its arrays move from the state to the record.
+  !> Makes a record of a solution; its arrays move from the state to the record. Without has_displacement its
+  !> displacement has size 0.
   pure subroutine make_record(point, has_displacement, state, record)
     real(rk), intent(in) :: point(:)
     logical, intent(in) :: has_displacement

@@ -130,8 +130,8 @@ contains
     where (ieee_is_nan(defects)) defects = ieee_value(1.0_rk, ieee_positive_inf)
   end subroutine measure
 
-  !> Computes the orthonormal fields U, R and U' K U for the answers of the model and of the full-order model. Collective on all
-  !> ranks.
+  !> Computes orthonormal fields U whose combinations contain all answers of the model and of the full-order model, and keeps their
+  !> coordinates R in self%columns and U' K U in self%energy. Collective on all ranks.
   subroutine prepare(self, cluster, ierr)
     class(model_defect_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster

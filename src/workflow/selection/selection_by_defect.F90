@@ -109,8 +109,8 @@ contains
     call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
   end subroutine begin_far_apart
 
-  !> Solves the last choices at full order, computes the errors that the model had there, and writes the table. Collective on all
-  !> ranks.
+  !> Solves the last choices at full order, computes the errors that the model had there, and writes selection.csv. Collective on
+  !> all ranks. Errors: those of solve_missing and compare_answers; selection.csv cannot be written.
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
@@ -160,8 +160,8 @@ contains
     end do
   end subroutine compare_answers
 
-  !> Trains a model of the solved points and appends the candidates with its largest defects, or sets the reason to stop. Collective
-  !> on all ranks.
+  !> Trains a model of the solved points and appends to the selection the candidates with its largest defects, or sets the reason to
+  !> stop. Collective on all ranks. Errors: those of train_draft; the model cannot answer.
   subroutine choose_new_points(rounds, candidates, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     real(rk), intent(in) :: candidates(:, :)

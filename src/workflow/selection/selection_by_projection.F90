@@ -58,7 +58,8 @@ contains
     PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
   end subroutine select_by_projection
 
-  !> Selects points among the solved candidates and writes snapshots.h5. Local.
+  !> Selects points among the solved candidates and writes snapshots.h5. Local. Errors: no candidate has a solution that is not
+  !> zero; a file cannot be read or written.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -84,7 +85,8 @@ contains
     call write_merged(problem, store_t(folder, snapshot_store), selection%points, records, pool%free_response, error)
   end subroutine choose_from_pool
 
-  !> Computes the field of each candidate, divided by the norm of its displacement; zeros if there is no solution, or only rounding.
+  !> Computes the field of each candidate that the chosen ones have to represent (contact_part), divided by the norm of its
+  !> displacement; zeros if there is no solution, or only rounding.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
     !> solutions with all dofs
