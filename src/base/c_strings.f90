@@ -7,8 +7,8 @@ module sig_c_strings
   private
   public :: to_c, from_c
 
-  !> Converts a C text to a Fortran text: from a null-terminated pointer, a pointer with a length, or an array of characters (up to
-  !> its first null).
+  !> Converts a C text to a Fortran text: from a null-terminated pointer (null gives an empty text), a pointer with a length in
+  !> bytes, or an array of characters (up to its first null, or all of it).
   interface from_c
     procedure from_pointer, from_sized_pointer, from_array
   end interface from_c

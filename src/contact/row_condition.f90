@@ -17,7 +17,8 @@ contains
   !> Returns the largest over the smallest singular value [-] of B on the free displacements; 1 without rows, infinite beyond 1e6.
   !>
   !> By Lanczos steps on B B' from a random vector. Without exact orthogonality some directions occur again, but they only repeat
-  !> known values (Golub and Van Loan, Matrix Computations, 10.3). The steps end where ten more change the result by less than 1e-5.
+  !> known values (Golub and Van Loan, Matrix Computations, 10.3). The steps end where ten more change the result by less than 1e-5
+  !> of it, and after 200 at the latest.
   function condition_of_rows(rows, is_prescribed) result(kappa)
     type(contact_rows_t), intent(in) :: rows
     !> natural dofs, shape (n_dofs)
