@@ -52,7 +52,8 @@ module sig_answer
     real(rk) :: residual = huge(1.0_rk)
     !> number of solutions of the reduced problem that two starts found, 0 without an answer; with 2 the forces are less reliable
     integer :: n_solutions = 0
-    !> [sqrt(force*length)] upper bound of the error of lambda in the norm of W; no_bound without one
+    !> [sqrt(force*length)] upper bound of the error of lambda in the norm of W; no_bound (-1) without one; huge if the error can be
+    !> of any size
     real(rk) :: bound = no_bound
     !> [-] the bound over the size of the answer, which counts as at least a thousandth of the largest in training; no_bound without
     !> one
@@ -73,10 +74,11 @@ module sig_answer
 
 contains
 
-  !> Starts an answer: it has no solution (reason_bad_point) and no bounds, and its arrays hold zeros. Arrays that have the right
-  !> size are not allocated again.
+  !> Starts an answer of a cluster: it has no solution (reason_bad_point) and no bounds, `part` and `displacement_part` are the
+  !> cluster, and the arrays hold zeros. Arrays that have the right size are not allocated again.
   pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
     class(answer_t), intent(inout) :: self
+    !> part of the model, 1-based
     integer, intent(in) :: cluster
     integer, intent(in) :: n_terms
     !> number of modes of the cluster
@@ -163,7 +165,7 @@ contains
     call relate(bound, size_of_answer, self%bound, self%relative_bound)
   end subroutine take_bound
 
-  !> Sets the bound of the displacement, as take_bound does.
+  !> Sets displacement_bound and relative_displacement_bound, by the rules of take_bound.
   pure subroutine take_displacement_bound(self, bound, size_of_field)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
@@ -202,8 +204,9 @@ contains
     comparable_size = max(size_of_forces, smallest_share * largest_size)
   end function comparable_size
 
-  !> Returns a bound as text for tables: the number, `inf` if the error can be of any size, `none` if there is no bound (no_bound).
+  !> Returns a bound as text for tables: the number (csv_number), `inf` for a huge bound, `none` for a negative one (no_bound).
   pure function bound_text(bound) result(text)
+    !> any bound of answer_t, absolute or relative
     real(rk), intent(in) :: bound
     character(:), allocatable :: text
 
@@ -212,8 +215,9 @@ contains
     if (bound >= huge(bound)) text = 'inf'
   end function bound_text
 
-  !> Returns the name of a method for reports and tables: `condensed`, or the name that sig_lcp gives it.
+  !> Returns the name of a method for reports and tables: `active_set`, `block_pivoting`, `lemke`, `condensed`; `none` for 0.
   pure function method_name(method) result(name)
+    !> answer_t%method
     integer, intent(in) :: method
     character(:), allocatable :: name
 

@@ -32,7 +32,8 @@ module sig_condensed_certificate
 
 contains
 
-  !> Factors W of the rows that are not anchors. It cannot fail; is_valid says whether there are bounds.
+  !> Factors W of the rows that are not anchors, and copies the data of the anchors. It cannot fail; is_valid says whether there are
+  !> bounds.
   subroutine create(self, data)
     class(condensed_certificate_t), intent(inout) :: self
     class(condensed_data_t), intent(in) :: data
@@ -77,7 +78,7 @@ contains
   end function energy
 
   !> Corrects contact forces that another part found. If only contact holds a body and the forces balance the loads, open contacts
-  !> lose their forces (sig_hanging_bodies, release). Otherwise nothing changes.
+  !> lose their forces (sig_hanging_bodies, release). Otherwise the forces do not change.
   subroutine correct(self, data, theta, free_opening, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
@@ -96,8 +97,8 @@ contains
   end subroutine correct
 
   !> Bounds |lambda_r - lambda| in the norm of W, by sig_contact_error_bound; it equals |u(lambda_r) - u| in the norm of K. With
-  !> anchors the norm is that of the elastic parts of the displacements, with closed anchors. Forces that do not balance the loads
-  !> have an infinite bound.
+  !> anchors the norm is that of the elastic parts of the displacements, with closed anchors. Foreign forces (not is_own) that do
+  !> not balance the loads get the bound huge. Requires: is_valid.
   subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
@@ -106,7 +107,7 @@ contains
     real(rk), contiguous, intent(in) :: multipliers(:)
     !> whether the condensed problem has just been solved for these forces; free_opening and opening then belong to this solution
     logical, intent(in) :: is_own
-    !> [length] q and w, shape (n_multipliers); in: of the solution if is_own; otherwise they are computed here
+    !> [length] q and w = W z + q, shape (n_multipliers); in: of the solution if is_own; otherwise they are computed here
     real(rk), contiguous, intent(inout) :: free_opening(:)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> in: theta, and unknowns where is_own; out: bound and relative_bound

@@ -37,7 +37,7 @@ module sig_condensed_data
     integer, allocatable :: anchors(:)
     !> [length/force] scale of the anchors
     real(rk) :: scale = 1
-    !> [sqrt(force*length)] size of the largest forces in training, in the norm of W
+    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
     !> training points whose active sets have a principal pivot transform, shape (n_references)
     integer, allocatable :: reference_points(:)
@@ -114,7 +114,7 @@ contains
     end associate
   end function field_mismatch
 
-  !> Returns the number of contact rows, with the anchors.
+  !> Returns the number of contact rows; anchors count, too.
   pure integer function n_rows(self)
     class(condensed_data_t), intent(in) :: self
 
@@ -128,8 +128,8 @@ contains
     has_modes = size(self%basis, 2) > 0
   end function has_modes
 
-  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on a free motion times `scale`; work that is only
-  !> rounding becomes exactly zero.
+  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on the free motion of this anchor times `scale`; work
+  !> that is only rounding becomes exactly zero.
   subroutine open_freely(self, theta, opening)
     class(condensed_data_t), intent(in) :: self
     !> shape (n_terms)

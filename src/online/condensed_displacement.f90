@@ -15,7 +15,7 @@ contains
   !> Computes the displacement of all dofs; it is NaN where the model has none.
   subroutine fill_condensed_displacement(data, theta, unknowns, displacement)
     class(condensed_data_t), intent(in) :: data
-    !> values of all terms
+    !> values of the model's terms, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z (unknowns of answer_t), shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
@@ -38,11 +38,15 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_condensed_displacement
 
-  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof; NaN if the model has none of this dof. The result is linear in theta and
+  !> unknowns, so that their derivatives give its derivative.
   pure real(rk) function condensed_displacement_of_dof(data, theta, unknowns, dof) result(displacement)
     class(condensed_data_t), intent(in) :: data
+    !> values of the model's terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
+    !> 1-based
     integer, intent(in) :: dof
     integer :: i, i_exact
 

@@ -29,7 +29,8 @@ int sig_forest_check(const sig_forest *forest) {
   return 0;
 }
 
-/* Returns the leaf of a tree to which the point belongs. */
+/* Returns the leaf of a tree to which the point belongs, counted among the nodes of all trees. scikit-learn trains and
+ * evaluates with parameters in single precision, hence the conversion to float. */
 static int find_leaf(const sig_forest *forest, int start, const double *point) {
   int node = start;
   while (forest->feature[node] >= 0) {

@@ -18,15 +18,16 @@ module sig_forest
   type :: forest_t
     !> names of the parameters in the order of the features
     type(string_t), allocatable :: parameter_names(:)
-    !> shape (n_trees + 1)
+    !> first node of each tree, and at the end the number of all nodes, shape (n_trees + 1)
     integer, allocatable :: tree_starts(:)
     !> feature that a node compares, -1 in a leaf, shape (n_nodes)
     integer, allocatable :: feature(:)
+    !> [unit of the feature] a value up to the threshold goes to the left child, shape (n_nodes)
     real(rk), allocatable :: threshold(:)
-    !> children, counted from the first node of the tree
+    !> children of each node, counted from the first node of its tree, shape (n_nodes)
     integer, allocatable :: left(:)
     integer, allocatable :: right(:)
-    !> [-] share of each cluster, shape (n_clusters, n_nodes)
+    !> [-] share of each cluster among the training points in a node, shape (n_clusters, n_nodes); only those of leaves are used
     real(rk), allocatable :: shares(:, :)
   contains
     procedure :: n_clusters
@@ -55,7 +56,8 @@ contains
       c_loc(self%shares))
   end function arrays
 
-  !> Returns the mean share of each cluster over the trees; the shares sum up to 1.
+  !> Returns the share of each cluster in the leaf of the point, as a mean over all trees. The parameters are rounded to single
+  !> precision, as scikit-learn does.
   function votes(self, point) result(shares)
     class(forest_t), intent(in), target :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -67,7 +69,8 @@ contains
     call sig_forest_votes(self%arrays(), point, shares)
   end function votes
 
-  !> Finds the cluster with the largest mean share and the one with the second largest. Of equal shares, the lower number counts.
+  !> Finds the cluster with the largest mean share (votes) and the one with the second largest. Of equal shares, the lower number
+  !> counts.
   subroutine choose(self, point, best, second)
     class(forest_t), intent(in), target :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -107,7 +110,8 @@ contains
       join(parameter_names, ', '), path)
   end subroutine read_forest
 
-  !> Reads the forest from a group of an open file. Errors: an array is missing, or does not fit the others.
+  !> Reads the forest from a group of an open file. Errors: an array is missing, has another type or rank, does not fit the others
+  !> or is not finite, or the arrays do not form trees.
   subroutine read_arrays(self, file, group, path, error)
     class(forest_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -142,7 +146,7 @@ contains
     if (is_sound) is_sound = sig_forest_check(forest%arrays()) == 0
   end function is_sound
 
-  !> Writes the forest to a group of an open file.
+  !> Writes the forest to a group of an open file. A failure of the file is reported when the file is closed.
   subroutine write_arrays(self, file, group)
     class(forest_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file

@@ -10,25 +10,26 @@ module sig_gradient
 
   !> Derivatives: arrays have one column per parameter, per unit of the parameter.
   type :: gradient_t
-    !> the answer whose derivatives these are: that of the model, or of its full-order operator where that answer's part has no
-    !> derivatives
+    !> the answer whose derivatives these are: that of the model, or the answer of its fallback at the same point where the part
+    !> that answered has no derivatives
     type(answer_t) :: answer
-    !> +1: derivatives towards larger values of each parameter; -1: towards smaller ones. These differ where is_one_sided.
+    !> +1: derivatives towards larger values of each parameter; -1: towards smaller values. Both differ where is_one_sided is true.
     integer :: direction = 1
-    !> whether the derivatives differ on both sides, shape (n_parameters)
+    !> whether the derivative towards larger values differs from the one towards smaller values, shape (n_parameters)
     logical, allocatable :: is_one_sided(:)
     !> number of contacts that touch without a force
     integer :: n_grazing = 0
     !> derivatives of the terms, shape (n_terms, n_parameters)
     real(rk), allocatable :: theta(:, :)
-    !> [force] derivatives of the unknowns of answer_t, shape (n_multipliers, n_parameters)
+    !> [force] derivatives of the unknowns of answer_t, shape (n_multipliers, n_parameters); in a tied part those of the forces of
+    !> the changing rows, shape (n_changing, n_parameters)
     real(rk), allocatable :: unknowns(:, :)
     !> [force] derivatives of the multipliers, shape (n_multipliers, n_parameters)
     real(rk), allocatable :: multipliers(:, :)
-    !> [length] derivatives of the places of bodies that only contact holds, where a kind of model needs them; shape (n_anchors,
-    !> n_parameters)
+    !> [length] derivatives of the distance by which each anchor closes (moves of sig_interpolated_data), in an interpolated part
+    !> only; shape (n_anchors, n_parameters)
     real(rk), allocatable :: moves(:, :)
-    !> [length] derivatives of the coordinates of modes, where these give displacements; shape (n_modes, n_parameters)
+    !> [length] derivatives of the coordinates of the modes, in an interpolated part only; shape (n_modes, n_parameters)
     real(rk), allocatable :: coordinates(:, :)
   contains
     procedure :: take
@@ -37,10 +38,11 @@ module sig_gradient
 
 contains
 
-  !> Sets the derivatives of the unknowns and n_grazing, and adds to is_one_sided.
+  !> Sets the derivatives of the unknowns and n_grazing. is_one_sided becomes true, too, where `derivative` is one-sided.
   pure subroutine take(self, derivative)
     class(gradient_t), intent(inout) :: self
-    !> result of differentiate_lcp for changes in this gradient's direction; direction = -1 changes the sign
+    !> result of differentiate_lcp, a column per parameter, for changes that were multiplied by self%direction; take multiplies its
+    !> result by self%direction again
     type(lcp_derivative_t), intent(in) :: derivative
 
     self%n_grazing = derivative%n_grazing
@@ -48,8 +50,8 @@ contains
     self%unknowns = self%direction * derivative%unknowns
   end subroutine take
 
-  !> Does the same as take, and sets the derivatives of the multipliers. They are those of the unknowns; for anchors, those of the
-  !> complementary values over `scale`.
+  !> Does the same as take, and sets the derivatives of the multipliers. These are the derivatives of the unknowns; for an anchor
+  !> they are the derivatives of its complementary value divided by `scale`.
   pure subroutine take_forces(self, derivative, anchors, scale)
     class(gradient_t), intent(inout) :: self
     !> as for take

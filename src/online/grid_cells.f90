@@ -41,8 +41,8 @@ contains
     n_cells = product(self%n_layers())
   end function n_cells
 
-  !> Returns the numbers of the grid points at the corners of a cell, ascending. There are 2**n_parameters corners; each parameter
-  !> of one value halves this number.
+  !> Returns the numbers of the grid points at the corners of a cell, 1-based, ascending. There are 2**n_parameters corners; each
+  !> parameter of one value halves this number.
   pure function corners(self, i_cell) result(points)
     class(grid_cells_t), intent(in) :: self
     !> number of the cell, 1-based
@@ -60,8 +60,8 @@ contains
     end do
   end function corners
 
-  !> Returns the number of the cell of a point, 1-based. On a border it is the cell of the lower number, outside the box the nearest
-  !> one.
+  !> Returns the number of the cell that a point lies in, 1-based. On a border between cells it is the lower number; for a point
+  !> outside of the box it is the cell that is nearest to the point.
   pure integer function find(self, point) result(i_cell)
     class(grid_cells_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -80,9 +80,11 @@ contains
     end do
   end function find
 
-  !> Returns the squared distance from a point to the nearest point of a cell, with each side of the box scaled to 1.
+  !> Returns the squared distance [-] from a point to the nearest point of a cell, with each side of the box scaled to 1; 0 inside
+  !> the cell.
   pure real(rk) function squared_distance(self, i_cell, point) result(distance)
     class(grid_cells_t), intent(in) :: self
+    !> number of the cell, 1-based
     integer, intent(in) :: i_cell
     !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)

@@ -13,8 +13,9 @@ module sig_hhr_blindness
 
 contains
 
-  !> Whether some contact must touch although the domain has no contact forces: a load acts on a body that only contact holds, or
-  !> pairs outside the domain penetrate.
+  !> Whether some contact must carry a force although no contact of the domain does: the loads do work on a rigid motion that only
+  !> contact holds; or, by the reduced displacement, some pair penetrates by more than 1 % of largest_value. The second check is
+  !> left out if the model lacks the data for openings. Requires: an answer without contact forces in the domain.
   logical function is_blind(data, largest_value, theta, coordinates, opening)
     type(hhr_data_t), intent(in) :: data
     !> [length] largest normal displacement in the snapshots

@@ -61,9 +61,9 @@ module sig_model
     character(:), allocatable :: force_unit
     type(string_t), allocatable :: parameter_names(:)
     type(string_t), allocatable :: parameter_units(:)
-    !> minimum and maximum of each parameter, shape (2, n_parameters)
+    !> [unit of each parameter] minimum and maximum of each parameter in training, shape (2, n_parameters)
     real(rk), allocatable :: box(:, :)
-    !> shape (n_parameters, n_points)
+    !> [unit of each parameter] shape (n_parameters, n_points)
     real(rk), allocatable :: training_points(:, :)
     !> the terms theta as functions of the parameters
     type(term_set_t) :: terms
@@ -87,7 +87,7 @@ module sig_model
     real(rk), allocatable :: gap(:, :)
     !> [-] energy tail of the POD
     real(rk) :: pod_tolerance = 0
-    !> elastic_lifting or multiplier
+    !> elastic_lifting or multiplier: how the reduced model takes prescribed displacements into account (key reduction.dirichlet)
     character(:), allocatable :: dirichlet
     !> [-] largest allowed relative bound of an answer; an answer with a larger one goes to the fallback or is refused; 0 = no
     !> limit, and the fallback gives no bounds for other parts
@@ -159,7 +159,8 @@ contains
     call fill_missing(side%coordinates, n_dim)
   end subroutine complete_side
 
-  !> Returns the sizes that the parts of a model have to fit. Requires: parameters, training points and terms are set.
+  !> Returns the numbers of dofs, multipliers, terms and training points of a model, which its parts have to fit. Requires: training
+  !> points and terms are set.
   pure function model_sizes(model) result(sizes)
     type(model_t), intent(in) :: model
     type(model_sizes_t) :: sizes
@@ -177,7 +178,7 @@ contains
     owner_tag = self%tags(self%starts(k) + 1)
   end function owner_tag
 
-  !> Returns the number of parts among which the choice selects.
+  !> Returns the number of parts among which the choice selects: all parts but the fallback; 0 if there are no parts yet.
   pure integer function n_clusters(self)
     class(model_t), intent(in) :: self
 
@@ -185,7 +186,7 @@ contains
     if (allocated(self%parts)) n_clusters = size(self%parts) - merge(1, 0, self%has_fallback)
   end function n_clusters
 
-  !> Returns the number of the part that answers where a cluster cannot; 0 = none.
+  !> Returns the number (1-based) of the part that answers where a cluster cannot; 0 if the model has no fallback.
   pure integer function fallback(self)
     class(model_t), intent(in) :: self
 
@@ -195,6 +196,7 @@ contains
   !> Returns the name of the group of part i in the model file, without a leading slash: `clusters/i` or `fallback`.
   pure function group_of(self, i) result(group)
     class(model_t), intent(in) :: self
+    !> number of the part, 1-based
     integer, intent(in) :: i
     character(:), allocatable :: group
 

@@ -14,9 +14,9 @@ module sig_model_check
 
 contains
 
-  !> Returns the name of an array or group of the model whose shape does not fit the others, or whose values a query cannot use;
-  !> empty when all fit. A model file may come from anywhere, so every value that indexes an array or controls a loop is checked
-  !> here once. Requires: complete_model.
+  !> Returns the name of an array or group of the model file whose shape does not fit the others, or whose values a query cannot
+  !> use; empty when all fit. The name of an array of a part has the group of the part before it (`clusters/1/basis`). A model file
+  !> may come from anywhere, so every value that indexes an array or controls a loop is checked here once. Requires: complete_model.
   pure function find_mismatch(model) result(name)
     type(model_t), intent(in) :: model
     character(:), allocatable :: name

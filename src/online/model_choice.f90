@@ -32,7 +32,7 @@ module sig_model_choice
 
 contains
 
-  !> Returns the cluster of a point, 1-based.
+  !> Returns the number of the cluster that the choice selects at a point, 1-based; 1 if the choice is empty.
   integer function cluster_of(self, point)
     class(model_choice_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -47,10 +47,12 @@ contains
     end if
   end function cluster_of
 
-  !> Returns the second choice at a point, 1-based; 0 if there is one cluster only. It is the cluster of the nearest cell of another
-  !> cluster (the first of several), or the one with the second largest share in the forest.
+  !> Returns the second choice at a point, 1-based; 0 if there is one cluster only. A choice by cells gives the cluster of the
+  !> nearest cell that belongs to another cluster than the first choice (of equally near cells, the lowest number). A forest gives
+  !> the cluster with the second largest share.
   integer function next_cluster(self, point)
     class(model_choice_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     real(rk) :: distance, least
     integer :: best, i
@@ -71,7 +73,8 @@ contains
     end if
   end function next_cluster
 
-  !> Whether the choice names existing clusters only, for as many parameters as the model has.
+  !> Whether the choice fits a model with these numbers: a grid of n_parameters parameters whose labels are existing clusters, or a
+  !> forest of exactly n_clusters clusters and n_parameters parameters. An empty choice fits one cluster.
   pure logical function fits(self, n_clusters, n_parameters)
     class(model_choice_t), intent(in) :: self
     integer, intent(in) :: n_clusters
@@ -90,8 +93,8 @@ contains
     end if
   end function fits
 
-  !> Reads the choice; it stays empty if the file has none. Errors: a dataset is missing, or the arrays of a forest do not fit
-  !> together.
+  !> Reads the choice from the group /choice; it stays empty if the file has no such group. Errors: a dataset is missing or has
+  !> another type or rank, or the arrays of a forest do not fit together.
   subroutine read_choice(self, file, path, box, error)
     class(model_choice_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -113,7 +116,7 @@ contains
     call file%read_attribute('/choice', 'silhouette', self%silhouette, error)
   end subroutine read_choice
 
-  !> Writes the choice; nothing if it is empty.
+  !> Writes the choice to the group /choice; nothing if it is empty. A failure of the file is reported when the file is closed.
   subroutine write_choice(self, file)
     class(model_choice_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file

@@ -11,7 +11,7 @@ module sig_model_parts
 
 contains
 
-  !> Replaces the clusters of the model by hyper-reduced ones; an existing fallback stays.
+  !> Replaces the clusters of the model by hyper-reduced clusters with copies of these data; an existing fallback stays.
   subroutine set_clusters(model, clusters)
     type(model_t), intent(inout) :: model
     !> in the order of the labels of the choice
@@ -31,7 +31,8 @@ contains
     call move_alloc(parts, model%parts)
   end subroutine set_clusters
 
-  !> Sets the part that answers where the clusters cannot. The model takes it over; an unallocated part means no fallback.
+  !> Sets the part that answers where the clusters cannot. The part is moved into the model. If it is not allocated, nothing
+  !> changes.
   subroutine set_fallback(model, fallback)
     !> a model without a fallback
     type(model_t), intent(inout) :: model
@@ -51,7 +52,7 @@ contains
     model%has_fallback = .true.
   end subroutine set_fallback
 
-  !> Returns a pointer to the data of part k if it is hyper-reduced; otherwise null.
+  !> Returns a pointer to the data of part k (1-based) of the model if this part is hyper-reduced; otherwise null.
   function cluster_of(model, k) result(cluster)
     type(model_t), target, intent(in) :: model
     integer, intent(in) :: k

@@ -26,7 +26,7 @@ module sig_reduced_condensed
   public :: reduced_condensed_t
 
   type, extends(condensed_data_t) :: reduced_condensed_t
-    !> q of each transform, per term; shape (n_multipliers, n_terms, n_references)
+    !> [length, or force at rows of the set, per unit of theta] q of each transform; shape (n_multipliers, n_terms, n_references)
     real(rk), allocatable, private :: transformed_opening(:, :, :)
     !> active sets of the references, shape (n_multipliers, n_references)
     logical, allocatable, private :: reference_sets(:, :)
@@ -66,7 +66,8 @@ contains
     name = 'condensed'
   end function kind_of
 
-  !> Transforms the terms of q, and factors W for bounds. There are no errors.
+  !> Transforms the columns of free_opening for each reference, and factors W for bounds. There are no errors: message stays
+  !> unallocated.
   subroutine prepare(self, message)
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -102,8 +103,9 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of all contacts. With a symmetric W, which is positive semidefinite, it has a solution. A
-  !> body that the loads pull off its contacts gives reason_pulled_off.
+  !> Solves the complementarity problem of all contacts. The arguments are those of solve_at in sig_reduced; `judge` is not used.
+  !> Without anchors W is symmetric and positive semidefinite. If the loads pull a body off its contacts, reason is
+  !> reason_pulled_off.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -127,8 +129,8 @@ contains
     end select
   end subroutine solve
 
-  !> Chooses the active set to start from: that of the nearest training point. Without one it has the contacts that penetrate
-  !> or, with anchors, all pairs, which hold the bodies.
+  !> Chooses the active set to start from: that of the nearest training point. If there is none, these are the contacts that
+  !> penetrate without contact forces or, in a problem with anchors, all contacts, so that they hold the bodies.
   subroutine start_set(data, near, room)
     class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near
@@ -145,6 +147,7 @@ contains
   end subroutine start_set
 
   !> Solves a problem transformed by a principal pivot: the unknowns are the contacts that differ from the reference.
+  !> answer%unknowns are set if answer%reason > 0.
   subroutine solve_transformed(self, i_reference, theta, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     integer, intent(in) :: i_reference
@@ -180,7 +183,7 @@ contains
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
 
-  !> Computes the displacement of all dofs; NaN where the model has none.
+  !> Computes the displacement [length] of all dofs; it is NaN for dofs of which the model has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -189,7 +192,7 @@ contains
     call fill_condensed_displacement(self, answer%theta, answer%unknowns, displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of this dof.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -198,7 +201,7 @@ contains
     displacement = condensed_displacement_of_dof(self, answer%theta, answer%unknowns, dof)
   end function displacement_of_dof
 
-  !> Returns lines about forces and displacements of the part, each with its end.
+  !> Returns lines about forces, displacements and pivot transforms of the part, each with its line end.
   pure function describe(self) result(text)
     class(reduced_condensed_t), intent(in) :: self
     character(:), allocatable :: text
@@ -209,7 +212,8 @@ contains
     text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))
   end function describe
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]; huge for forces that do not balance the loads.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts; huge for forces that do not
+  !> balance the loads on bodies that only contact holds. `opening` is a work array. Requires: prepare.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -219,7 +223,7 @@ contains
     energy = self%certificate%energy(self, theta, multipliers, opening)
   end function energy
 
-  !> With bodies that only contact holds, removes forces from open contacts.
+  !> Removes forces on open contacts from `multipliers`, if only contact holds a body; otherwise it does nothing. Requires: prepare.
   subroutine correct_forces(self, theta, room, multipliers)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -240,7 +244,8 @@ contains
     if (allocated(self%certificate)) can_certify = self%certificate%is_valid()
   end function can_certify
 
-  !> Bounds the error of contact forces, whichever part found them (sig_condensed_certificate).
+  !> Sets bound and relative_bound of the answer: bounds of the error of `multipliers`, whichever part found them
+  !> (sig_condensed_certificate). Requires: can_certify.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -254,7 +259,8 @@ contains
     end select
   end subroutine certify
 
-  !> Differentiates the answer. Errors: message is allocated if the contact forces are not unique.
+  !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
+  !> the contact forces are not unique. Arguments: no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -274,7 +280,8 @@ contains
     end if
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement, which is linear in the terms and in the unknowns.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs without
+  !> displacement. The displacement is linear in the terms and in the unknowns. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -20,12 +20,12 @@ module sig_rooms
 
 contains
 
-  !> Makes the room of a part if there is none yet.
+  !> Makes the work arrays (the room) of part i of the model. It does nothing if they are there already.
   subroutine enter(self, model, i)
     class(rooms_t), intent(inout) :: self
-    !> the model, after prepare
+    !> the model, after prepare of sig_online_model
     type(model_t), intent(in) :: model
-    !> number of the part
+    !> number of the part, 1-based
     integer, intent(in) :: i
 
     if (.not. allocated(self%of_part)) allocate (self%of_part(size(model%parts)))

@@ -9,7 +9,7 @@ module sig_shape_checks
 
 contains
 
-  !> Whether the matrix has this shape and only finite values.
+  !> Whether the matrix has this shape and all its values are finite.
   pure logical function is_matrix(values, n_rows, n_columns)
     real(rk), intent(in) :: values(:, :)
     integer, intent(in) :: n_rows
@@ -18,7 +18,7 @@ contains
     is_matrix = all(shape(values) == [n_rows, n_columns]) .and. all(ieee_is_finite(values))
   end function is_matrix
 
-  !> Whether all values lie between 1 and n.
+  !> Whether all values lie between 1 and n; true for an empty list.
   pure logical function are_indices(values, n)
     integer, intent(in) :: values(:)
     integer, intent(in) :: n
@@ -26,14 +26,14 @@ contains
     are_indices = all(values >= 1 .and. values <= n)
   end function are_indices
 
-  !> Whether each value is larger than the one before.
+  !> Whether each value is larger than the one before; true for a list of one value or none.
   pure logical function is_ascending(values)
     integer, intent(in) :: values(:)
 
     is_ascending = all(values(2:) > values(:size(values) - 1))
   end function is_ascending
 
-  !> Returns the place, 1-based, of a number in an ascending list; 0 if it is not there.
+  !> Returns the index i, 1-based, with list(i) = number in an ascending list; 0 if the list does not have the number.
   pure integer function place_in_ascending(list, number) result(place)
     integer, intent(in) :: list(:)
     integer, intent(in) :: number
