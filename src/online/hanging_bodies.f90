@@ -64,16 +64,17 @@ contains
     are_balanced = keep_balance(self%work, free_opening(self%anchors) / self%scale, forces)
   end function are_balanced
 
-  !> Moves the bodies to the place where the sum over all rows, with anchors, of force times squared opening is least. At this place
-  !> rows with forces are nearly closed, and small forces hardly count. Any place gives a valid bound. The cost is n t^2 operations
-  !> for n rows and t anchors.
+  !> Moves the bodies that only contact holds, rigidly, to the place where the sum over all rows, with anchors, of force times
+  !> squared opening is least, and computes the openings that the error bound needs (README). At this place rows with forces are
+  !> nearly closed, and small forces hardly count. Any place gives a valid bound. The cost is n t^2 operations for n rows and t
+  !> anchors.
   subroutine settle(self, forces, opening, surplus)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
     real(rk), intent(in) :: forces(:)
-    !> [length] openings of the other rows; in: with closed anchors, out: C lambda + q + N (s - rho_T)
+    !> [length] openings of the rows that are not anchors; in: C lambda + q, with closed anchors; out: C lambda + q + N (s - rho_T)
     real(rk), intent(inout) :: opening(:)
-    !> [force*length] contribution of the anchors to c
+    !> [force*length] contribution of the anchors to the sum c of the bound
     real(rk), intent(out) :: surplus
     real(rk) :: s(size(self%anchors))
     logical :: is_held(size(s))
@@ -110,9 +111,9 @@ contains
     end associate
   end function place
 
-  !> Removes forces from contacts that are open at the place of the bodies, and projects the others on the balance with the loads
-  !> again. The first projection has distributed forces over all contacts, also over open ones, and each of these forces adds lambda
-  !> w to the bound. If the remaining forces cannot balance the loads, all forces stay.
+  !> Removes forces from contacts that are open at the place of the bodies (as in settle), and projects the others on the balance
+  !> with the loads again. The first projection has distributed forces over all contacts, also over open ones, and each of these
+  !> forces adds lambda w to the bound. If the remaining forces cannot balance the loads, all forces stay.
   subroutine release(self, opening, forces)
     class(hanging_bodies_t), intent(in) :: self
     !> [length] openings of the other rows, C lambda + q with closed anchors

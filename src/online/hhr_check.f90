@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks that the parts of a hyper-reduced model fit together.
+!> Checks that the arrays of a hyper-reduced model fit together.
 module sig_hhr_check
   use sig_bits, only: n_words
   use sig_hhr_data, only: enrichment_history_t, hhr_data_t
@@ -44,7 +44,7 @@ contains
       size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch
 
-  !> Returns the name of an array for the multipliers outside of the domain that does not fit; empty when all fit.
+  !> Returns the name of an array that does not fit, among those for the multipliers outside of the domain; empty when all fit.
   pure function find_snapshot_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

@@ -10,7 +10,7 @@ module sig_hhr_description
 
 contains
 
-  !> Returns the lines of the description, each with its end.
+  !> Returns lines about a hyper-reduced model, each with its line end. Requires: complete_cluster.
   pure function describe_hhr(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -29,8 +29,8 @@ contains
     end do
   end function describe_hhr
 
-  !> Returns a text with the number of hats and, if the training recorded it, the rank of (11) without them, which shows whether the
-  !> model needs hats.
+  !> Returns a text with the number of hats. If the training recorded its steps (history), the rank of (11) without hats and the
+  !> number of rows follow, which shows whether the model needs hats.
   pure function hats_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

@@ -30,7 +30,8 @@ contains
     call file%close_image(bytes, error)
   end subroutine pack_cluster
 
-  !> Makes a cluster from the bytes of pack_cluster. Errors: the bytes are not an HDF5 file, or a dataset is missing.
+  !> Makes a cluster from the bytes of pack_cluster. Errors: the bytes are not an HDF5 file, or a dataset is missing, or has another
+  !> type or rank.
   subroutine unpack_cluster(bytes, cluster, error)
     character(1), intent(in) :: bytes(:)
     type(hhr_data_t), intent(out) :: cluster

@@ -19,6 +19,7 @@ module sig_hhr_room
     type(multiplier_fit_workspace_t) :: fit
     !> system of the point that was solved last, where the stiffness depends on the parameters
     type(hhr_system_t) :: system
+    !> whether K_r of that system was numerically singular
     logical :: is_singular = .false.
     !> (q, coordinates without contact forces), shape (n_rows + n_modes)
     real(rk), allocatable :: response(:)
@@ -52,8 +53,8 @@ contains
     if (data%varying%is_there()) call self%system%reserve(data)
   end subroutine create
 
-  !> Fills an answer from a solution of the condensed problem: method, reason, number of iterations, forces of the domain, and
-  !> coordinates. Without a solution the coordinates stay unchanged. It solves nothing.
+  !> Fills an answer from a solution of the condensed problem: method, reason, number of iterations, residual, n_solutions, forces
+  !> and status of the rows of the domain, and coordinates. Without a solution the coordinates stay unchanged. It solves nothing.
   subroutine take(system, room, solution, answer)
     !> system of the point
     type(hhr_system_t), intent(in) :: system
@@ -75,8 +76,8 @@ contains
     call system%coordinates(room%response, room%held_forces, answer%coordinates)
   end subroutine take
 
-  !> Negates the entries of the anchors: from `contact is closed` to `unknown is not zero`, because the unknown of an anchor is its
-  !> opening. It uses no temporary array.
+  !> Negates the entries of the anchors, and so converts `contact is closed` to `unknown is not zero` or back, because the unknown
+  !> of an anchor is its opening. It uses no temporary array.
   pure subroutine swap_roles(anchors, is_closed)
     !> rows that are anchors, 1-based
     integer, intent(in) :: anchors(:)

@@ -18,7 +18,7 @@ contains
   !> Sets start_sets of each hyper-reduced cluster: the active set of its answer at each training point. The reduced problem is
   !> solved from two starts, the contacts that are closed in the full-order solution, and none. If it has two solutions, and the
   !> model has a fallback, the one of smaller energy counts; queries nearby then start from it. A model that cannot answer gets no
-  !> sets, and its first query gives the reason.
+  !> sets, and its first query gives the reason. The model is completed (complete_model).
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online

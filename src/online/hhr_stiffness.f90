@@ -50,7 +50,7 @@ contains
     if (allocated(self%kinds)) is_there = size(self%kinds) > 0
   end function is_there
 
-  !> Whether the elastic constants are possible at a point: Young's moduli above 0, Poisson's ratios between -1 and 0.5.
+  !> Whether the elastic constants of all m_q are possible at a point: Young's moduli above 0, Poisson's ratios between -1 and 0.5.
   pure logical function has_material(self, theta)
     class(hhr_stiffness_t), intent(in) :: self
     !> shape (n_terms)
@@ -63,12 +63,12 @@ contains
     end do
   end function has_material
 
-  !> Computes the moduli [force/length**2] from the values of the model's terms.
+  !> Computes the moduli m_q from the values of the model's terms. Requires: has_material.
   pure subroutine moduli_at(self, theta, moduli)
     class(hhr_stiffness_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> shape (n_moduli)
+    !> [force/length**2] m_q, shape (n_moduli)
     real(rk), intent(out) :: moduli(:)
     integer :: i
 
@@ -98,8 +98,8 @@ contains
     call fill_missing(self%lifting_parts, 0)
   end subroutine complete
 
-  !> Returns the name of an array of this type whose shape or indices do not fit; empty when all fit, or when there are no data.
-  !> Requires: complete.
+  !> Returns the name (`stiffness/...`) of an array of this type whose shape, indices or values do not fit; empty when all fit, or
+  !> when there are no data. Requires: complete.
   pure function mismatch(self, n_terms, n_modes, n_lifted) result(name)
     class(hhr_stiffness_t), intent(in) :: self
     !> number of terms of the model

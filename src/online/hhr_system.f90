@@ -54,8 +54,8 @@ module sig_hhr_system
 
 contains
 
-  !> Makes the system of a cluster whose stiffness does not depend on the parameters. Errors: message is allocated when the reduced
-  !> stiffness, with springs on the anchors, is numerically singular.
+  !> Makes the system of a cluster whose stiffness does not depend on the parameters. Errors: message is allocated, and there is no
+  !> system, when the reduced stiffness, with springs on the anchors, is numerically singular.
   subroutine create(self, cluster, message)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -115,7 +115,7 @@ contains
     load = self%spring * matmul(transpose(cluster%contact_matrix(self%anchors, :)), cluster%gap(self%anchors, :))
   end function held_load
 
-  !> Makes the pivot on T from W' and q' of K'.
+  !> Makes the principal pivot on T: W' and q' of K' become the matrix and the right-hand side of the new problem.
   subroutine exchange(self, columns)
     !> in: W'; out: the matrix of the new problem
     class(hhr_system_t), intent(inout) :: self
@@ -190,15 +190,15 @@ contains
     end associate
   end subroutine reserve
 
-  !> Makes the system at a point, for a cluster whose stiffness depends on the parameters. Cost: 2/3 n_modes^3 + 2 n_modes^2 (n_rows
-  !> + number of moduli). Requires: reserve.
+  !> Makes the system at a point, for a cluster whose stiffness depends on the parameters. The cost is 2/3 n_modes^3 + 2 n_modes^2
+  !> (n_rows + number of moduli) operations. Requires: reserve, has_material of sig_hhr_stiffness.
   subroutine assemble(self, cluster, theta, response, is_singular)
     class(hhr_system_t), target, intent(inout) :: self
     !> the data that reserve was called with
     type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
-    !> (q, K_r^-1 F), shape (n_rows + n_modes)
+    !> out: (q, K_r^-1 F) at the point, shape (n_rows + n_modes)
     real(rk), contiguous, intent(inout) :: response(:)
     !> whether K_r is numerically singular; there is no system then
     logical, intent(out) :: is_singular

@@ -28,7 +28,7 @@ module sig_lifted_certificate
 
 contains
 
-  !> Prepares the bound; is_there stays false for a cluster without the data for it.
+  !> Prepares the bound. is_there says afterwards whether the cluster has the data for it.
   subroutine prepare(self, cluster)
     class(lifted_certificate_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -58,7 +58,8 @@ contains
   end function reach_of
 
   !> Bounds the error of an answer's forces on all contacts. There is no bound if the forces are not a combination of snapshots and
-  !> of unit forces on the domain. The bound is huge if they do not balance the loads. Requires: is_there.
+  !> of unit forces on the domain. The bound is huge if the forces do not balance the loads on bodies that only contact holds.
+  !> Requires: is_there.
   subroutine certify(self, cluster, coefficients, multipliers, answer)
     class(lifted_certificate_t), intent(in) :: self
     !> the data that prepare was called with
@@ -67,7 +68,7 @@ contains
     real(rk), contiguous, intent(in) :: coefficients(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> in: theta; out: bound and relative_bound, which stay unset where there is no bound
+    !> in: theta; out: bound and relative_bound, which do not change where there is no bound
     type(answer_t), intent(inout) :: answer
     real(rk) :: closing(size(multipliers)), opening(size(multipliers)), rest(size(multipliers)), size_of_answer
 

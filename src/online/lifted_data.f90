@@ -62,8 +62,8 @@ contains
     call fill_missing(self%lift%values)
   end subroutine complete
 
-  !> Returns the name of an array of this type whose shape or indices do not fit; empty when all fit, or when there are no data.
-  !> Requires: complete.
+  !> Returns the name (`certificate/...`) of an array of this type whose shape, indices or values do not fit; empty when all fit, or
+  !> when there are no data. Requires: complete.
   pure function mismatch(self, n_multipliers, n_terms, n_snapshots, n_rows, n_motions) result(name)
     class(lifted_data_t), intent(in) :: self
     integer, intent(in) :: n_multipliers

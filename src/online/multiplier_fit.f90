@@ -101,8 +101,10 @@ contains
       spread(self%outside_size, 2, size(cluster%motion_closing, 2))
   end subroutine measure_outside
 
-  !> Computes the multipliers of all contacts. Those of the domain stay unchanged, unless the loads of a body that only contact
-  !> holds are out of balance.
+  !> Computes the multipliers of all contacts from those of the domain. If no row of the domain has a force, the rows outside of it
+  !> have none either. The multipliers of the domain are copied. Only if only contact holds a body, all forces, also those of the
+  !> domain, are replaced by the nearest ones that balance the loads; if no such forces are found, the forces stay. The coefficients
+  !> of the combination are in `workspace` afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> the data that prepare was called with
@@ -111,8 +113,9 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] gamma, shape (n_modes)
     real(rk), contiguous, intent(in) :: coordinates(:)
-    !> [force] shape (n_rows)
+    !> [force] of the domain, >= 0, shape (n_rows)
     real(rk), intent(in) :: multipliers_rid(:)
+    !> work arrays, allocated here where their sizes do not fit
     type(multiplier_fit_workspace_t), intent(inout) :: workspace
     !> [force] >= 0, shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)
@@ -205,8 +208,8 @@ contains
     end associate
   end subroutine balance
 
-  !> Returns the work [force] of the loads on each rigid motion that only contact holds, shape (n_motions); 0 where the loads are in
-  !> equilibrium except for rounding.
+  !> Returns the work of the loads on each rigid motion that only contact holds, shape (n_motions), [force]: a motion is a
+  !> displacement without unit. The work is 0 where the loads are in equilibrium except for rounding.
   pure function work_of_loads(cluster, theta) result(work)
     type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms, shape (n_terms)

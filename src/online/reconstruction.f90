@@ -14,7 +14,7 @@ module sig_reconstruction
 
 contains
 
-  !> Computes the displacement of an answer; it is NaN where the model has none.
+  !> Allocates an array and computes the displacement of an answer in it; it is NaN for dofs of which the model has none.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -25,7 +25,7 @@ contains
     call fill_displacement(model, answer, displacement)
   end subroutine reconstruct_displacement
 
-  !> Returns which dofs have a displacement in the part that gives the displacement of an answer, shape (n_dofs).
+  !> Returns for each dof whether it has a displacement in the part that gives the displacement of an answer, shape (n_dofs).
   pure function has_displacements(model, answer) result(is_known)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -37,7 +37,7 @@ contains
     end associate
   end function has_displacements
 
-  !> Computes the displacement of an answer in an array of the caller; it is NaN where the model has none.
+  !> Computes the displacement of an answer in an array of the caller; it is NaN for dofs of which the model has none.
   subroutine fill_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -53,7 +53,7 @@ contains
     end associate
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, without a temporary array; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof, without a temporary array; NaN if the model has none of this dof.
   pure real(rk) function displacement_of_dof(model, answer, dof) result(displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer

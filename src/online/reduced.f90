@@ -79,7 +79,7 @@ module sig_reduced
   end type part_t
 
   abstract interface
-    !> Returns the name of the kind, as in files.
+    !> Returns the name of the kind of reduced model, as in model files: condensed, hhr, interpolated or tied.
     pure function kind_name(self) result(name)
       import :: reduced_t
       implicit none(type, external)
@@ -209,7 +209,7 @@ module sig_reduced
       type(error_t), allocatable, intent(inout) :: error
     end subroutine read_part
 
-    !> Returns the lines of a description for people, each with its end.
+    !> Returns the lines of a description for people, each with its line end.
     pure function text_lines(self) result(text)
       import :: reduced_t
       implicit none(type, external)
@@ -220,7 +220,8 @@ module sig_reduced
 
 contains
 
-  !> Returns an empty list: this default is for a kind that does not offer the function.
+  !> Returns an empty list. This is the default of three functions: `cells` (cells of the reduced integration domain),
+  !> `interior_dofs` (dofs that have an equation), and `training_points` (training points whose snapshots a cluster has).
   pure function no_indices(self) result(numbers)
     class(reduced_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -236,14 +237,15 @@ contains
     allocate (warnings(0))
   end function no_warnings
 
-  !> Returns false: this kind does not offer the function.
+  !> Returns false. This is the default of three functions: `is_exact` (the part solves for the forces of all contacts, without
+  !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), and `can_certify` (certify gives bounds).
   pure logical function no(self)
     class(reduced_t), intent(in) :: self
 
     no = .false.
   end function no
 
-  !> Whether the part has displacements. This default says yes.
+  !> Whether the part has a displacement, perhaps of some dofs only. This default says yes.
   pure logical function yes(self)
     class(reduced_t), intent(in) :: self
 
@@ -258,20 +260,22 @@ contains
     whole = .true.
   end function whole
 
-  !> Returns displacement_by_modes for every dof.
+  !> Returns the source of a dof's displacement, one of displacement_*. This default is displacement_by_modes for every dof.
   pure integer function by_modes(self, dof) result(source)
     class(reduced_t), intent(in) :: self
+    !> 1-based
     integer, intent(in) :: dof
 
     source = displacement_by_modes
   end function by_modes
 
-  !> Computes the coordinates under contact forces that another part found, where this part gives the displacement. This default
-  !> does nothing.
+  !> Sets the coordinates of this part's modes, and the forces of its domain, to those under contact forces that another part found
+  !> at the same point, so that this part can give the displacement. This default does nothing.
   subroutine nothing_to_do(self, room, answer)
     class(reduced_t), intent(in) :: self
+    !> room of this part, after solve at this point
     class(room_t), intent(inout) :: room
-    !> in: the multipliers of all contacts are set
+    !> in: the multipliers of all contacts; out: coordinates, multipliers_rid and is_active
     type(answer_t), intent(inout) :: answer
   end subroutine nothing_to_do
 
@@ -300,7 +304,7 @@ contains
     real(rk), contiguous, intent(inout) :: multipliers(:)
   end subroutine nothing_to_correct
 
-  !> Bounds the error of contact forces, whichever part found them. This default gives no bound.
+  !> Sets the bounds of an answer: bounds of the error of contact forces, whichever part found them. This default gives no bound.
   subroutine no_certificate(self, multipliers, is_own, room, answer)
     class(reduced_t), intent(in) :: self
     !> [force] >= 0 of all contacts, shape (n_multipliers)
@@ -309,12 +313,12 @@ contains
     logical, intent(in) :: is_own
     !> room of this part
     class(room_t), intent(inout) :: room
-    !> in: theta; out: bound and relative_bound
+    !> in: theta; out: bound and relative_bound; in some kinds the bounds of the displacement, too
     type(answer_t), intent(inout) :: answer
   end subroutine no_certificate
 
-  !> Differentiates the answer with respect to the parameters. Errors: message is allocated when it has no derivative, as in this
-  !> default.
+  !> Computes the derivatives of an answer with respect to each parameter. Errors: message is allocated when the answer has no
+  !> derivative, as in this default.
   subroutine no_derivative(self, answer, gradient, message)
     class(reduced_t), intent(in) :: self
     !> answer of this part
@@ -327,13 +331,15 @@ contains
       '(reduction.max_full_order_size); the kinds condensed, interpolated and tied have them'
   end subroutine no_derivative
 
-  !> Computes the derivatives of the displacement of some dofs with respect to one parameter; NaN where there are none, as in this
-  !> default.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs without one, as for
+  !> all in this default.
   subroutine no_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_t), intent(in) :: self
+    !> the answer that differentiate was called with
     type(answer_t), intent(in) :: answer
     !> result of differentiate
     type(gradient_t), intent(in) :: gradient
+    !> number of the parameter, 1-based
     integer, intent(in) :: i_parameter
     !> dofs, 1-based
     integer, intent(in) :: dofs(:)

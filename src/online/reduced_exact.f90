@@ -45,7 +45,7 @@ module sig_reduced_exact
 
 contains
 
-  !> Returns the contact rows that the part solves for, which are all rows of the model.
+  !> Returns the numbers 1, 2, ..., n_rows: the part solves for all contact rows of the model.
   pure function contact_rows(self) result(numbers)
     class(reduced_exact_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -61,7 +61,7 @@ contains
     n_modes = 0
   end function n_modes
 
-  !> Copies the forces of all contacts from the answer, which has them already.
+  !> Copies the forces of all contacts from the answer, which has them already; `room` is not used.
   subroutine fill_multipliers(self, answer, room, multipliers)
     class(reduced_exact_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -103,13 +103,14 @@ contains
   !> Returns the source of a dof's displacement: displacement_exact, displacement_by_modes or displacement_none.
   pure integer function displacement_source(self, dof) result(source)
     class(reduced_exact_t), intent(in) :: self
+    !> 1-based
     integer, intent(in) :: dof
 
     source = merge(displacement_by_modes, displacement_none, self%has_modes())
     if (place_in_ascending(self%exact_dofs, dof) > 0) source = displacement_exact
   end function displacement_source
 
-  !> Allocates with size 0 each common array of these kinds that is not allocated.
+  !> Allocates with size 0 each array of this base type that is not allocated.
   pure subroutine complete_shared(self, sizes)
     class(reduced_exact_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -119,7 +120,8 @@ contains
     call fill_missing(self%start_sets, n_words(sizes%n_multipliers))
   end subroutine complete_shared
 
-  !> Returns the name of a common array whose shape or values do not fit the model; empty when all fit.
+  !> Returns the name of an array of this base type whose shape or values do not fit the model; empty when all fit. Requires:
+  !> complete_shared.
   pure function shared_mismatch(self, sizes) result(name)
     class(reduced_exact_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -131,7 +133,7 @@ contains
     if (size(self%start_sets, 2) > 0 .and. size(self%start_sets, 2) /= sizes%n_points) name = 'start_sets'
   end function shared_mismatch
 
-  !> Writes the common arrays to a group of a model file.
+  !> Writes the arrays of this base type to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write_shared(self, file, group)
     class(reduced_exact_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -144,7 +146,7 @@ contains
       'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
   end subroutine write_shared
 
-  !> Reads the common arrays. Errors: a dataset is missing, or has another type or rank.
+  !> Reads the arrays of this base type from a group of a model file. Errors: a dataset is missing, or has another type or rank.
   subroutine read_shared(self, file, group, error)
     class(reduced_exact_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -169,7 +171,7 @@ contains
     real(rk), intent(in) :: scale
     !> [length] w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> in: unknowns; out: multipliers
+    !> in: unknowns; out: multipliers and what take_all_forces sets
     type(answer_t), intent(inout) :: answer
     integer :: i
 

@@ -86,8 +86,9 @@ contains
     name = find_hhr_mismatch(self%data, sizes)
   end function mismatch
 
-  !> Prepares the part. Errors: the reduced stiffness is numerically singular; one that depends on the parameters is checked in
-  !> queries.
+  !> Prepares the fit of the forces, the certificate and, if the stiffness does not depend on the parameters, the system (10).
+  !> Errors: message is allocated if the reduced stiffness is numerically singular. A stiffness that depends on the parameters is
+  !> checked in each query.
   subroutine prepare(self, message)
     class(reduced_hhr_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -109,8 +110,9 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer where some
-  !> contact must touch.
+  !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer if some contact
+  !> must touch (reason_blind). If the stiffness depends on the parameters, there are two more reasons without an answer:
+  !> reason_no_material and reason_singular. Arguments: solve_at in sig_reduced.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -222,8 +224,8 @@ contains
     energy = judge%energy(theta, room%multipliers, room%opening)
   end function force_energy
 
-  !> Computes the forces of all contacts: the answer's forces in the domain, the fit elsewhere. They balance the loads where only
-  !> contact holds a body.
+  !> Computes the forces of all contacts: the answer's forces in the domain, the fit elsewhere (evaluate of sig_multiplier_fit). If
+  !> only contact holds a body, all forces are changed so that they balance the loads, if this is possible.
   subroutine fill_multipliers(self, answer, room, multipliers)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -247,7 +249,7 @@ contains
     call multiply(1.0_rk, self%data%basis, answer%coordinates, 1.0_rk, displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof.
+  !> Returns the displacement [length] of one dof, 1-based.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -272,6 +274,7 @@ contains
     n_rows = self%data%n_rows
   end function n_rows
 
+  !> Returns the number of columns of the basis: POD modes and hats.
   pure integer function n_modes(self)
     class(reduced_hhr_t), intent(in) :: self
 
@@ -299,7 +302,7 @@ contains
     call read_cluster(file, group, self%data, error)
   end subroutine read
 
-  !> Returns lines about the part, each with its end (describe_hhr).
+  !> Returns lines about the part, each with its line end (describe_hhr).
   pure function describe(self) result(text)
     class(reduced_hhr_t), intent(in) :: self
     character(:), allocatable :: text
@@ -307,7 +310,7 @@ contains
     text = describe_hhr(self%data)
   end function describe
 
-  !> Returns the cells of the domain, natural, 1-based.
+  !> Returns the numbers of the cells of the reduced integration domain, natural, 1-based.
   pure function cells(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -315,7 +318,7 @@ contains
     numbers = self%data%cells
   end function cells
 
-  !> Returns the dofs that have an equation, natural, 1-based.
+  !> Returns the numbers of the dofs of the domain that have an equation in (10), natural, 1-based.
   pure function interior_dofs(self) result(numbers)
     class(reduced_hhr_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -338,15 +341,16 @@ contains
     warnings = self%data%warnings
   end function warnings
 
-  !> Returns true: (10) may have several solutions.
+  !> Returns true: solve starts from two active sets, because (10) may have several solutions.
   pure logical function starts_from_two_sides(self)
     class(reduced_hhr_t), intent(in) :: self
 
     starts_from_two_sides = .true.
   end function starts_from_two_sides
 
-  !> Computes gamma under contact forces that another part found. If these forces do not determine the place of a body, its anchors
-  !> count as closed.
+  !> Sets gamma, the forces of the domain and their status to those under contact forces that another part found at the same point.
+  !> If the forces do not determine the place of a body, its anchors count as closed. gamma is NaN where the reduced stiffness of
+  !> the point is singular. Requires: solve at this point with this room.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room
@@ -373,7 +377,8 @@ contains
     can_certify = self%certificate%is_there
   end function can_certify
 
-  !> Bounds the error of the part's own answer; of forces that another part found there is no bound.
+  !> Bounds the error of the part's own answer; forces that another part found get no bound. Requires: can_certify, and that the
+  !> last call of fill_multipliers with this room was for this answer.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

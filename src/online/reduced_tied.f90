@@ -67,7 +67,7 @@ contains
     name = 'tied'
   end function kind_of
 
-  !> Prepares the clusters. There are no errors.
+  !> Computes for each cluster the list of its changing rows and their matrix. There are no errors: message stays unallocated.
   subroutine prepare(self, message)
     class(reduced_tied_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -97,7 +97,8 @@ contains
   end subroutine create_room
 
   !> Solves in the cluster of the nearest training point, then in the others one after the other, until one can answer. If none can,
-  !> reason tells why the last one could not.
+  !> reason tells why the last one could not: reason_outside, or that of solve_lcp. The arguments are those of solve_at in
+  !> sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_tied_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -122,7 +123,7 @@ contains
     end select
   end subroutine solve
 
-  !> Solves for the changing rows, then checks the others.
+  !> Solves for the changing rows of a cluster, then checks its other rows. reason_outside: one of these has the wrong sign.
   subroutine solve_cluster(self, i, theta, room, answer)
     class(reduced_tied_t), intent(in) :: self
     !> number of the cluster
@@ -170,7 +171,7 @@ contains
     is_inside = all(smallest >= -rounding * largest)
   end function is_inside
 
-  !> Computes the displacement of all dofs; NaN where the model has none.
+  !> Computes the displacement [length] of all dofs; it is NaN for dofs that are not exact, and for all without an answer.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -186,7 +187,7 @@ contains
     displacement(self%exact_dofs) = exact
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the dof is not exact or there is no answer.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -202,8 +203,9 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> Differentiates the answer. The derivatives of the changing rows' forces are solved for, those of the closed rows follow from
-  !> them, and open rows stay without force. Errors: message is allocated if the contact forces are not unique.
+  !> Computes the derivatives of the multipliers with respect to each parameter. Those of the changing rows are solved for, those of
+  !> the closed rows follow from them, and open rows stay without force. Errors: message is allocated if the contact forces are not
+  !> unique. Requires: an answer of this part. Arguments: no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -232,7 +234,8 @@ contains
     end associate
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement of some dofs; NaN of a dof that is not exact.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for a dof that is not exact.
+  !> Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -252,7 +255,7 @@ contains
     end associate
   end subroutine displacement_changes
 
-  !> Returns lines about forces and displacements of the part, each with its end.
+  !> Returns lines about forces, clusters and displacements of the part, each with its line end.
   pure function describe(self) result(text)
     class(reduced_tied_t), intent(in) :: self
     character(:), allocatable :: text

@@ -56,8 +56,9 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Computes for each entry the area of the contacts whose multiplier is more than rounding, the force, and the moment. If a
-  !> multiplier is not a number, the results of its entry are not numbers either. It allocates nothing.
+  !> Computes for each entry the area of the contacts whose multiplier is larger than rounding (least_force), and the resultant
+  !> force and moment on the first surface. If a multiplier is not a number, the results of its entry are not numbers either. It
+  !> allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
@@ -86,7 +87,8 @@ contains
     end do
   end subroutine evaluate
 
-  !> Returns the moments [force*length] of the forces on both surfaces of each entry together, shape (n_moments, n_entries).
+  !> Returns the moments [force*length] of the forces on both surfaces of each entry together, shape (n_moments, n_entries): 0 where
+  !> the two surfaces balance, NaN for a model from an older file.
   pure function imbalances(self, multipliers)
     class(resultant_map_t), intent(in) :: self
     !> [force] shape (n_multipliers)
@@ -102,7 +104,8 @@ contains
     end do
   end function imbalances
 
-  !> Allocates with size 0 each array that is not allocated, as after reading an older file; unit_imbalances become NaN.
+  !> Allocates with size 0 each array that is not allocated, as after reading an older file. unit_imbalances become NaN if they are
+  !> missing.
   pure subroutine complete(self, n_dim)
     class(resultant_map_t), intent(inout) :: self
     integer, intent(in) :: n_dim
@@ -115,7 +118,8 @@ contains
     allocate (self%unit_imbalances(moments_of(n_dim), size(self%entries)), source=ieee_value(1.0_rk, ieee_quiet_nan))
   end subroutine complete
 
-  !> Whether the shapes are those of a model. Requires: complete, n_dim of 2 or 3.
+  !> Whether shapes, entries and values fit a model with these numbers; a map without names must be empty. Requires: complete, n_dim
+  !> of 2 or 3.
   pure logical function fits(self, n_dim, n_multipliers)
     class(resultant_map_t), intent(in) :: self
     integer, intent(in) :: n_dim
@@ -136,7 +140,7 @@ contains
     moments_of = merge(3, 1, n_dim == 3)
   end function moments_of
 
-  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
+  !> Writes the map to the group /contact of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, length)
     class(resultant_map_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -153,7 +157,8 @@ contains
       'the same moment of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
-  !> Reads the map, then completes it; all arrays stay empty if the file has none. Errors: a dataset is missing.
+  !> Reads the map from the group /contact, then completes it; all arrays become empty if the file has no map. Errors: a dataset is
+  !> missing, or has another type or rank.
   subroutine read(self, file, n_dim, error)
     class(resultant_map_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -26,16 +26,17 @@ module sig_tied_data
     integer, allocatable :: status(:)
     !> [force or length per unit of theta] shape (n_multipliers, n_terms)
     real(rk), allocatable :: free(:, :)
-    !> [-, or length/force] shape (n_multipliers, n_changing); symmetric in the changing rows
+    !> [-] in the closed rows, [length/force] in the others, shape (n_multipliers, n_changing); symmetric in the changing rows
     real(rk), allocatable :: operator(:, :)
-    !> displacement of the exact dofs: free_field theta + field lambda; shapes (n_exact, n_terms), (n_exact, n_changing)
+    !> [length] displacement of the exact dofs = free_field theta + field lambda: [length per unit of theta] shape (n_exact,
+    !> n_terms), and [length/force] shape (n_exact, n_changing)
     real(rk), allocatable :: free_field(:, :)
     real(rk), allocatable :: field(:, :)
   end type tied_cluster_t
 
   type, abstract, extends(reduced_exact_t) :: tied_data_t
     type(tied_cluster_t), allocatable :: clusters(:)
-    !> cluster of each training point, shape (n_points)
+    !> cluster of each training point, 1-based, shape (n_points)
     integer, allocatable :: cluster_of_point(:)
   contains
     procedure :: complete
@@ -115,8 +116,8 @@ contains
     end do
   end subroutine write
 
-  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If a cluster is
-  !> missing, which mismatch finds, there are none.
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If the group of a
+  !> cluster is missing, `clusters` becomes empty; mismatch reports this.
   subroutine read(self, file, group, error)
     class(tied_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
