@@ -30,7 +30,8 @@ module sig_body_derivative
 
 contains
 
-  !> Sets the values and the changes of the body's scale, interpolation weights and terms at a point.
+  !> Computes the values of the body's scale and interpolation weights at a point, and their changes, to first order, for a given
+  !> change of the terms.
   subroutine create(self, body, theta, theta_change)
     class(body_derivative_t), intent(out) :: self
     type(body_response_t), intent(in) :: body
@@ -72,7 +73,7 @@ contains
     end do
   end subroutine find_constants
 
-  !> Adds the body's part of the change of W z + q for constant z.
+  !> Adds the body's part of the change of W z + q for constant z. Rows of anchors are those of open anchors, and gaps are left out.
   subroutine add_opening(self, body, forces, opening)
     class(body_derivative_t), intent(in) :: self
     !> the body that create was called with
@@ -129,20 +130,23 @@ contains
     call multiply(1.0_rk, matrix, x, 1.0_rk, y)
   end subroutine add_interpolated
 
-  !> Returns the body's part [length] of the change of one row of W z + q, where z changes by dz.
+  !> Returns the body's part [length] of the change of one row of W z + q, where z changes by dz and the terms as given to create.
+  !> Gaps are left out.
   pure real(rk) function opening_of_row(self, body, forces, force_change, row) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body
     !> [force] z and dz, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: force_change(:)
+    !> 1-based
     integer, intent(in) :: row
 
     change = change_of_row(self, size(forces), row, body%loaded_opening, body%prescribed_opening) + &
       change_in_row(self, size(forces), row, body%compliance, forces, force_change)
   end function opening_of_row
 
-  !> Returns the change [length] of the displacement of one of the body's exact dofs, where z changes by dz.
+  !> Returns the change [length] of the displacement of one of the body's exact dofs, where z changes by dz and the terms as given
+  !> to create. Rigid motions of the anchors are left out.
   pure real(rk) function displacement_of(self, body, forces, force_change, i) result(change)
     class(body_derivative_t), intent(in) :: self
     type(body_response_t), intent(in) :: body

@@ -63,11 +63,12 @@ contains
     n_modes = size(self%basis, 2) - size(self%lifted_terms)
   end function n_modes
 
-  !> Returns the bulk and the shear modulus [force/length**2] of a material. Hooke's matrix is linear in them (modulus_text of
-  !> sig_elasticity).
+  !> Returns the bulk and the shear modulus [force/length**2] of a material, in this order. Hooke's matrix is linear in them
+  !> (modulus_text of sig_elasticity).
   pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
     !> [force/length**2]
     real(rk), intent(in) :: young_modulus
+    !> [-]
     real(rk), intent(in) :: poisson_ratio
     !> whether the model is plane stress
     logical, intent(in) :: is_thin
@@ -78,7 +79,7 @@ contains
     moduli(2) = young_modulus / (2 * (1 + poisson_ratio))
   end function part_moduli
 
-  !> Returns k_q [-] at a point: bulk and shear modulus of each material in turn, over those at mu_0.
+  !> Returns k_q [-] at a point: bulk and shear modulus of each material in turn, over those at mu_0; shape (n_parts).
   pure function part_ratios(self, theta) result(ratios)
     type(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -92,8 +93,8 @@ contains
     ratios = ratios / self%moduli
   end function part_ratios
 
-  !> Computes the coordinates a under contact forces, their residual of equilibrium, and the energy of the displacement. If the
-  !> reduced stiffness is not positive definite, the coordinates are zero.
+  !> Computes the coordinates a of the modes under loads and contact forces, a bound of the residual r of equilibrium, and u'K u of
+  !> the displacement u = L theta + Phi a. If the reduced stiffness is not positive definite, the coordinates are zero.
   subroutine solve(self, theta, forces, coordinates, residual, energy)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -120,11 +121,12 @@ contains
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
 
-  !> Adds B u, the amount by which the body closes each contact.
+  !> Adds B u for u = L theta + Phi a: the length by which the body closes each contact.
   subroutine add_closing(self, theta, coordinates, closing)
     class(body_modes_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), intent(in) :: theta(:)
-    !> [length] shape (n_modes)
+    !> [length] a, shape (n_modes)
     real(rk), intent(in) :: coordinates(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: closing(:)
@@ -132,9 +134,10 @@ contains
     call multiply_transpose(1.0_rk, self%contact, [theta(self%lifted_terms), coordinates], 1.0_rk, closing)
   end subroutine add_closing
 
-  !> Returns a factor b [-] with K <= b K(mu_0): the largest k_q.
+  !> Returns a factor b [-] with K <= b K(mu_0) for this body: the largest k_q.
   pure real(rk) function stiffest(self, theta)
     class(body_modes_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), intent(in) :: theta(:)
 
     stiffest = maxval(part_ratios(self, theta))
@@ -151,7 +154,7 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
-    !> coordinates, shape (n); in: those of the liftings; out: also those of the modes
+    !> coordinates of liftings and modes, shape (n); in: those of the liftings, which stay; out: also those of the modes
     real(rk), contiguous, intent(inout) :: place(:)
     !> [force*length] work of further forces on the modes, shape (n_modes)
     real(rk), intent(in), optional :: further(:)
@@ -208,13 +211,14 @@ contains
     residual = norm2(reduced) / sqrt(minval(ratios))
   end function size_of_residual
 
-  !> Sets the displacement L theta + Phi a of the body's dofs, without rigid motion. Other dofs stay unchanged.
+  !> Sets (and does not add to) the displacement L theta + Phi a of the body's dofs, without the rigid motion by its anchors. Other
+  !> dofs stay unchanged.
   subroutine add_field(self, theta, coordinates, displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] shape (n_modes)
     real(rk), contiguous, intent(in) :: coordinates(:)
-    !> [length] displacement of all dofs
+    !> [length] displacement of all dofs, shape (n_dofs)
     real(rk), contiguous, intent(inout) :: displacement(:)
     real(rk) :: field(size(self%dofs))
 
@@ -222,12 +226,13 @@ contains
     displacement(self%dofs) = field
   end subroutine add_field
 
-  !> Returns the displacement [length] of one dof, L theta + Phi a without rigid motion; 0 for a dof of another body.
+  !> Returns the displacement [length] of one dof, L theta + Phi a without the rigid motion by anchors; 0 for a dof of another body.
   pure real(rk) function displacement_of(self, theta, coordinates, dof) result(displacement)
     class(body_modes_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     !> [length] a, shape (n_modes)
     real(rk), intent(in) :: coordinates(:)
+    !> 1-based among those of the model
     integer, intent(in) :: dof
     integer :: i, row
 

@@ -10,8 +10,9 @@ module sig_body_modes_derivative
 
 contains
 
-  !> Computes the change da of the coordinates of the modes for given changes of the terms and of the contact forces, from K_r da =
-  !> Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta.
+  !> Computes the change da, to first order, of the coordinates of the modes for given changes of the terms and of the contact
+  !> forces, from K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta. da is zero if K_r is not positive
+  !> definite.
   subroutine differentiate_modes(modes, theta, theta_change, coordinates, force_change, changes)
     type(body_modes_t), intent(in) :: modes
     !> values of the model's terms and their changes, shape (n_terms)

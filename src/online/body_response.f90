@@ -37,8 +37,8 @@ module sig_body_response
     real(rk), allocatable :: prescribed_opening(:, :)
     !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)
     integer, allocatable :: own(:)
-    !> displacements of these dofs, shape (n_own * n_driving_terms, n_nodes), and [length/force] their response to contact forces,
-    !> shape (n_own * n_multipliers, n_nodes)
+    !> [length per unit of theta] displacements of these dofs, shape (n_own * n_driving_terms, n_nodes), and [length/force] their
+    !> response to contact forces, shape (n_own * n_multipliers, n_nodes)
     real(rk), allocatable :: loaded_field(:, :)
     real(rk), allocatable :: prescribed_field(:, :)
     real(rk), allocatable :: contact_field(:, :)
@@ -74,9 +74,10 @@ contains
     modulus_ratio = theta(self%modulus_term) / self%modulus
   end function modulus_ratio
 
-  !> Computes the weight of each node of the interpolation at a point.
+  !> Computes the weight of each node of the interpolation at a point. Requires: nodes%prepare.
   pure subroutine weights_at(self, theta, weights)
     class(body_response_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), intent(in) :: theta(:)
     !> [-] shape (n_nodes)
     real(rk), contiguous, intent(inout) :: weights(:)
@@ -84,7 +85,7 @@ contains
     call self%nodes%weights(self%variables_at(theta), weights)
   end subroutine weights_at
 
-  !> Returns the variables of the interpolation at a point.
+  !> Returns the variables [-] of the interpolation at a point: the interpolated constants or their logarithms.
   pure function variables_at(self, theta) result(variables)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -108,9 +109,10 @@ contains
     end do
   end function constants_at
 
-  !> Adds the body's part of W.
+  !> Adds the body's part of W at a point. In it, anchors are open.
   subroutine add_compliance(self, theta, compliance)
     class(body_response_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length/force] column by column, shape (n_multipliers**2)
     real(rk), contiguous, intent(inout) :: compliance(:)
@@ -120,9 +122,10 @@ contains
     call multiply(1 / self%modulus_ratio(theta), self%compliance, weights, 1.0_rk, compliance)
   end subroutine add_compliance
 
-  !> Adds the body's part of q.
+  !> Adds the body's part of q at a point: the openings of the contacts by loads and prescribed displacements, without the gaps D.
   subroutine add_opening(self, theta, opening)
     class(body_response_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
@@ -130,9 +133,10 @@ contains
     call add_driven(self, self%loaded_opening, self%prescribed_opening, theta, opening)
   end subroutine add_opening
 
-  !> Adds the displacement of the body's exact dofs. They are in the order of `own`.
+  !> Adds the displacement of the body's exact dofs, in the order of `own`. Rigid motions of the anchors are left out.
   subroutine add_field(self, theta, forces, field)
     class(body_response_t), intent(in) :: self
+    !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
@@ -153,8 +157,8 @@ contains
     has_bound = size(self%numerators) == 0 .or. self%bound%is_there()
   end function has_bound
 
-  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that interpolation makes in the openings. Requires:
-  !> has_bound.
+  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that the interpolation of this body makes in the
+  !> openings; 0 for an exact body. Requires: has_bound.
   real(rk) function error_bound(self, theta, forces) result(bound)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -177,8 +181,8 @@ contains
       self%is_thin, coefficients, reshape(compliance, [size(forces), size(forces)]))
   end function error_bound
 
-  !> Returns two limits [-]: the stiffness is at least the first and at most the second times the stiffness for which the bound was
-  !> made. Requires: has_bound.
+  !> Returns two limits [-]: at a point, the stiffness of the body is at least the first and at most the second times the stiffness
+  !> for which the bound was made (s = 1, constant bound%place). Requires: has_bound.
   pure function stiffness_limits(self, theta) result(limits)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -191,12 +195,13 @@ contains
     limits = self%modulus_ratio(theta) * limits
   end function stiffness_limits
 
-  !> Returns the body's part [length] of one row of W z + q.
+  !> Returns the body's part [length] of one row of W z + q, without the gap D and with open anchors.
   pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
+    !> 1-based
     integer, intent(in) :: row
     real(rk) :: weights(self%nodes%n_nodes())
 
@@ -205,10 +210,11 @@ contains
       sum_of_row(size(forces), row, self%compliance, weights, forces) / self%modulus_ratio(theta)
   end function opening_of_row
 
-  !> Returns the displacement [length] of one of the body's exact dofs.
+  !> Returns the displacement [length] of one of the body's exact dofs, without rigid motions of the anchors.
   pure real(rk) function displacement_of(self, theta, forces, i) result(displacement)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     !> place in `own`, 1-based
     integer, intent(in) :: i

@@ -13,7 +13,7 @@ module sig_interpolated_certificate
 contains
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
-  !> forces that do not balance the loads.
+  !> forces that do not balance the loads on bodies that only contact holds.
   real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -57,6 +57,7 @@ contains
   !> README. Requires: no anchors, data%has_bound().
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] lambda_r >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -20,6 +20,7 @@ contains
     real(rk), intent(in) :: constant
     !> whether the constant is a ratio of moduli; otherwise it is a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
+    !> whether the variable is the logarithm
     logical, intent(in) :: is_logarithmic
 
     variable = constant
@@ -31,11 +32,13 @@ contains
     end if
   end function to_variable
 
-  !> Returns the change [-] of the variable if the constant changes by `change`.
+  !> Returns the change [-], to first order, of the variable if the constant changes by `change`.
   elemental real(rk) function variable_change(constant, change, is_ratio_of_moduli, is_logarithmic)
     !> [-] elastic constant
     real(rk), intent(in) :: constant
+    !> [-] change of the constant
     real(rk), intent(in) :: change
+    !> this and the next: as for to_variable
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_logarithmic
 

@@ -28,17 +28,17 @@ module sig_interpolated_data
     real(rk), allocatable :: gap(:, :)
     !> rows that are anchors, 1-based among the multipliers
     integer, allocatable :: anchors(:)
-    !> [-] closing of all pairs per opening of each anchor, shape (n_multipliers, n_anchors)
+    !> [-] length by which all pairs close as each anchor closes by 1, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: anchor_closing(:, :)
-    !> [force per unit of theta] forces on the anchors while all anchors are closed, shape (n_anchors, n_terms)
+    !> [force per unit of theta] forces of the anchors, all closed, if no other contact has a force; shape (n_anchors, n_terms)
     real(rk), allocatable :: anchor_forces(:, :)
-    !> [-] displacement of the exact dofs when an anchor opens by -1, shape (n_exact, n_anchors)
+    !> [-] displacement of the exact dofs as an anchor closes by 1, shape (n_exact, n_anchors)
     real(rk), allocatable :: anchor_motions(:, :)
     !> [length/force] scale of the anchors' unknowns
     real(rk) :: scale = 1
     !> displacements of the other dofs, one entry per body; empty: the other dofs have no displacement
     type(body_modes_t), allocatable :: modes(:)
-    !> [-] displacement of all dofs when an anchor opens by -1, in a model with modes; shape (n_dofs, n_anchors)
+    !> [-] displacement of all dofs as an anchor closes by 1, in a model with modes; shape (n_dofs, n_anchors)
     real(rk), allocatable :: mode_motions(:, :)
     !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the displacement bound does not need it
     real(rk), allocatable :: middle_compliance(:, :)
@@ -119,7 +119,7 @@ contains
     end associate
   end function mismatch
 
-  !> Returns the number of contact rows, with the anchors.
+  !> Returns the number of contact rows; anchors count, too.
   pure integer function n_rows(self)
     class(interpolated_data_t), intent(in) :: self
 
@@ -158,7 +158,7 @@ contains
     end do
   end function has_material
 
-  !> Computes W and q at a point, where openings of the anchors are unknowns.
+  !> Computes W and q of the complementarity problem at a point; the unknowns of the anchors are their openings over `scale`.
   subroutine evaluate(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -180,7 +180,7 @@ contains
     call close_anchors(self, theta, compliance, opening)
   end subroutine evaluate
 
-  !> Whether the model has an error bound, which needs one for every body.
+  !> Whether the model has a bound of the error that interpolation makes in the forces, which needs one for every body.
   pure logical function has_bound(self)
     class(interpolated_data_t), intent(in) :: self
     integer :: i
@@ -192,8 +192,9 @@ contains
   !> Source: README. Requires: has_bound.
   real(rk) function bound(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z, shape (n_multipliers); values on anchors do not count
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk) :: bounds(size(self%bodies)), forces(size(unknowns)), largest, limits(2, size(self%bodies)), total
     integer :: i
@@ -237,7 +238,7 @@ contains
     compliance(self%anchors, self%anchors) = 0
   end subroutine close_anchors
 
-  !> Computes the displacement of the exact dofs.
+  !> Computes the displacement of the exact dofs, in the order of exact_dofs, with the rigid motions of the anchors.
   subroutine field(self, theta, unknowns, displacement)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -263,9 +264,10 @@ contains
     call multiply(1.0_rk, self%anchor_motions, self%moves(theta, unknowns), 1.0_rk, displacement)
   end subroutine field
 
-  !> Returns the displacement [length] of one exact dof.
+  !> Returns the displacement [length] of one exact dof, with the rigid motions of the anchors.
   pure real(rk) function displacement_of(self, theta, unknowns, i) result(displacement)
     class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
@@ -283,9 +285,10 @@ contains
     end do
   end function displacement_of
 
-  !> Returns the distance [length] by which each anchor closes, as a rigid motion of the bodies that it holds.
+  !> Returns the distance [length] by which rigid motions of the bodies close each anchor, shape (n_anchors).
   pure function moves(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
@@ -349,7 +352,7 @@ contains
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If the group of a body
-  !> or of its modes is missing, the list of all bodies or of all modes is empty.
+  !> is missing, `bodies` becomes empty; if the group of the modes of a body is missing, `modes` becomes empty.
   subroutine read(self, file, group, error)
     class(interpolated_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -15,8 +15,8 @@ module sig_interpolated_derivative
 
 contains
 
-  !> Computes the derivatives of unknowns, multipliers, places of bodies that only contact holds, and coordinates of modes. If
-  !> is_singular is true, there is no derivative.
+  !> Computes the derivatives of unknowns, multipliers, moves of the anchors (sig_interpolated_data), and coordinates of modes with
+  !> respect to each parameter. If is_singular is true, the contact forces are not unique, and there is no derivative.
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -74,13 +74,15 @@ contains
     end do
   end subroutine change_modes
 
-  !> Returns the derivative [length] of a dof's displacement by modes with respect to one parameter. The displacement is linear in
-  !> the terms, the coordinates and the moves.
+  !> Returns the derivative [length per unit of the parameter] of a dof's displacement by modes with respect to one parameter. The
+  !> displacement is linear in the terms, the coordinates and the moves.
   pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
     class(interpolated_data_t), intent(in) :: data
+    !> result of differentiate_interpolated
     type(gradient_t), intent(in) :: gradient
+    !> number of the parameter, 1-based
     integer, intent(in) :: i_parameter
-    !> dof, 1-based
+    !> 1-based
     integer, intent(in) :: dof
     integer :: first, i, last
 
@@ -164,15 +166,17 @@ contains
   !> Computes the derivatives of the displacement of some exact dofs with respect to one parameter.
   subroutine interpolated_displacement_changes(data, theta, unknowns, gradient, i_parameter, places, changes)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> result of differentiate_interpolated
     type(gradient_t), intent(in) :: gradient
+    !> number of the parameter, 1-based
     integer, intent(in) :: i_parameter
     !> places among the exact dofs, 1-based
     integer, intent(in) :: places(:)
-    !> [length] shape (size(places))
+    !> [length per unit of the parameter] shape (size(places))
     real(rk), intent(out) :: changes(:)
     real(rk) :: forces(size(unknowns)), force_change(size(unknowns))
     type(body_derivative_t) :: derivative

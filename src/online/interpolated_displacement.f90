@@ -22,16 +22,18 @@ contains
     n_modes = sum([(data%modes(i)%n_modes(), i=1, size(data%modes))])
   end function n_modes_of
 
-  !> Computes the mode coordinates under contact forces, the residual of equilibrium, and the size of the displacement. Requires:
-  !> modes.
+  !> Computes the coordinates of the modes of all bodies under loads and contact forces, a bound of the residual of equilibrium, and
+  !> the size of the displacement. Requires: a model with modes (has_modes).
   subroutine solve_modes(data, theta, unknowns, coordinates, residual, field_size)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates, one body after the other, shape (n_modes_of)
     real(rk), contiguous, intent(inout) :: coordinates(:)
-    !> [sqrt(force*length)] upper bound of |u_r - u(z)|_K, and |u_r|_K
+    !> [sqrt(force*length)] upper bound of |u_r - u(z)|_K, and |u_r|_K, where u_r is the displacement by modes and u(z) the exact
+    !> one under the same forces
     real(rk), intent(out) :: residual
     real(rk), intent(out) :: field_size
     real(rk) :: forces(size(unknowns)), own_energy, own_residual
@@ -54,9 +56,10 @@ contains
   end subroutine solve_modes
 
   !> Computes B u_r, by which all contacts close, and a factor b with K <= b K(mu_0) for all bodies. u_r is the displacement by
-  !> modes; the rigid motions of bodies that only contact holds are left out. Requires: modes.
+  !> modes; the rigid motions of bodies that only contact holds are left out. Requires: a model with modes (has_modes).
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] coordinates from solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
@@ -77,9 +80,10 @@ contains
     end do
   end subroutine close_by_modes
 
-  !> Computes the displacement of all dofs; it is NaN where the model has none.
+  !> Computes the displacement of all dofs; it is NaN for dofs of which the model has none.
   subroutine fill_interpolated_displacement(data, theta, unknowns, coordinates, displacement)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
@@ -103,12 +107,16 @@ contains
     displacement(data%exact_dofs) = exact
   end subroutine fill_interpolated_displacement
 
-  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof; NaN if the model has none of this dof.
   pure real(rk) function interpolated_displacement_of_dof(data, theta, unknowns, coordinates, dof) result(displacement)
     class(interpolated_data_t), intent(in) :: data
+    !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
+    !> [length] coordinates from solve_modes
     real(rk), intent(in) :: coordinates(:)
+    !> 1-based
     integer, intent(in) :: dof
     integer :: first, i, last
 

@@ -18,7 +18,7 @@ module sig_interpolation_bound
   public :: interpolation_bound_t, node_product, stiffness_factor, stiffness_ratios
 
   type :: interpolation_bound_t
-    !> c_0, the place of the additional response
+    !> [-] c_0, the value of the constant at which the additional response was computed
     real(rk) :: place = 0
     !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of prescribed displacements, of contact
     !> forces; empty: there is no bound
@@ -49,11 +49,11 @@ contains
   real(rk) function evaluate(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients, compliance) &
     result(bound)
     class(interpolation_bound_t), intent(in) :: self
-    !> c_i, shape (n_nodes)
+    !> [-] c_i, values of the constant at the interpolation nodes, shape (n_nodes)
     real(rk), intent(in) :: nodes(:)
-    !> [-] c
+    !> [-] c, value of the constant at the point
     real(rk), intent(in) :: constant
-    !> [-] s
+    !> [-] s, factor of all moduli of the body
     real(rk), intent(in) :: modulus_ratio
     !> whether the constant is a ratio of moduli; otherwise it is a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
@@ -88,13 +88,14 @@ contains
   pure real(rk) function node_product(nodes, constant)
     !> [-] c_i, shape (n_nodes)
     real(rk), intent(in) :: nodes(:)
+    !> [-] c
     real(rk), intent(in) :: constant
 
     node_product = product(constant - nodes)
   end function node_product
 
-  !> Returns p(c) [-]. For Poisson's ratio, p times the stiffness of a material with Young's modulus 1 is affine in c. For a ratio
-  !> of moduli p = 1.
+  !> Returns p(c) [-]. For a Poisson's ratio c it is (1 + c)(1 - 2 c), in plane stress (1 + c)(1 - c): p times the stiffness of a
+  !> material with Young's modulus 1 is affine in c. For a ratio of moduli p = 1.
   pure real(rk) function stiffness_factor(constant, is_ratio_of_moduli, is_thin) result(factor)
     !> [-] c
     real(rk), intent(in) :: constant
@@ -107,8 +108,8 @@ contains
     if (is_thin) factor = (1 + constant) * (1 - constant)
   end function stiffness_factor
 
-  !> Returns alpha and beta [-] for equal s: the least and the largest ratio, of c to c_0, of the parts of the stiffness. These
-  !> parts are two materials, or bulk and shear.
+  !> Returns alpha and beta [-] with alpha K(c_0) <= K(c) <= beta K(c_0) for equal s: the least and the largest ratio of the parts
+  !> of the stiffness at c to those at c_0. These parts are two materials, or bulk and shear.
   pure function stiffness_ratios(constant, place, is_ratio_of_moduli, is_thin) result(ratios)
     !> [-] c and c_0
     real(rk), intent(in) :: constant

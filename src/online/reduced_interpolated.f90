@@ -76,7 +76,8 @@ contains
     name = 'interpolated'
   end function kind_of
 
-  !> Prepares the polynomials of the interpolations and the factor of W. There are no errors.
+  !> Prepares the polynomials of the interpolations, and factors W at mu_0 if the displacement bound needs it; there is no such
+  !> bound if this W is not positive definite. There are no errors: message stays unallocated.
   subroutine prepare(self, message)
     class(reduced_interpolated_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -107,7 +108,10 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of all contacts, as in sig_reduced_condensed.
+  !> Solves the complementarity problem of all contacts with W and q of the point. It starts from the active set of the nearest
+  !> training point or, without one, from all contacts closed. In a model with modes it then computes the displacement by modes.
+  !> Without an answer the reason is that of solve_lcp, reason_no_material for impossible elastic constants, or reason_pulled_off if
+  !> the loads pull a body off its contacts. Arguments: solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -164,7 +168,7 @@ contains
       rounding * size_of_field, size_of_field)
   end subroutine bound_displacement
 
-  !> Computes the displacement of all dofs; NaN where the model has none.
+  !> Computes the displacement [length] of all dofs; it is NaN for dofs of which the model has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -173,7 +177,7 @@ contains
     call fill_interpolated_displacement(self, answer%theta, answer%unknowns, answer%coordinates, displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof; NaN if the model has none of it.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of this dof.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -182,7 +186,7 @@ contains
     displacement = interpolated_displacement_of_dof(self, answer%theta, answer%unknowns, answer%coordinates, dof)
   end function displacement_of_dof
 
-  !> Returns the number of modes of displacements; forces do not depend on them.
+  !> Returns the number of modes of all bodies, which give displacements; forces do not depend on them.
   pure integer function n_modes(self)
     class(reduced_interpolated_t), intent(in) :: self
 
@@ -196,9 +200,10 @@ contains
     can_certify = self%has_bound()
   end function can_certify
 
-  !> Bounds the error of the interpolation; the interpolated problem itself was solved except for rounding. With u(lambda_r) the
-  !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, and the last part equals the error
-  !> of the forces, |lambda_r - lambda|_W.
+  !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
+  !> was solved except for rounding; a model with modes bounds the displacement, too. With u(lambda_r) the displacement under these
+  !> forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, and the last part equals the error of the forces, |lambda_r
+  !> - lambda|_W. Forces that another part found get no bound if there are anchors. Requires: can_certify.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -241,7 +246,8 @@ contains
     end select
   end subroutine certify_foreign
 
-  !> Returns the energy that decides which of two solutions of another part is better.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts (interpolated_energy); it
+  !> decides which of two solutions of another part is better. `opening` is a work array.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -251,7 +257,8 @@ contains
     energy = interpolated_energy(self, theta, multipliers, opening)
   end function energy
 
-  !> Returns sqrt(lambda' W lambda) [sqrt(force*length)] with closed anchors, for W of the point that was solved last.
+  !> Returns sqrt(lambda' W lambda) [sqrt(force*length)] with closed anchors, for the W in the room, which is that of the point that
+  !> was solved or certified last.
   real(rk) function size_in_energy(self, room, multipliers) result(size_of_forces)
     class(reduced_interpolated_t), intent(in) :: self
     class(room_t), intent(in) :: room
@@ -269,7 +276,7 @@ contains
     end select
   end function size_in_energy
 
-  !> Returns lines about forces and displacements of the part, each with its end.
+  !> Returns lines about forces, bodies and displacements of the part, each with its line end.
   pure function describe(self) result(text)
     class(reduced_interpolated_t), intent(in) :: self
     character(:), allocatable :: text
@@ -292,7 +299,8 @@ contains
       displacement_text(self%exact_boundaries, size(self%exact_dofs), self%n_modes()))
   end function describe
 
-  !> Differentiates the answer. Errors: message is allocated if the contact forces are not unique.
+  !> Computes the derivatives of the answer with respect to each parameter (differentiate_interpolated). Errors: message is
+  !> allocated if the contact forces are not unique. Arguments: no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -304,7 +312,8 @@ contains
     if (is_singular) message = not_unique
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement of some dofs; NaN where the model has none.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which the model
+  !> has none. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
