@@ -109,7 +109,7 @@ contains
     end do
   end function constants_at
 
-  !> Adds the body's part of W at a point. In it, anchors are open.
+  !> Adds the body's part of W at a point; its rows of anchors are those of open anchors (sig_interpolated_data).
   subroutine add_compliance(self, theta, compliance)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -195,7 +195,7 @@ contains
     limits = self%modulus_ratio(theta) * limits
   end function stiffness_limits
 
-  !> Returns the body's part [length] of one row of W z + q, without the gap D and with open anchors.
+  !> Returns the body's part [length] of one row of W z + q, without the gap D; the row of an anchor is that of the open anchor.
   pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)

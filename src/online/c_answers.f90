@@ -28,14 +28,14 @@ module sig_c_answers
 
 contains
 
-  !> Whether the caller has given the size of its answers; otherwise the message of the context says how to do this. A program with
-  !> a newer header has larger answers. Zero, as in an answer filled with zeros, means the first version of the structure, with
-  !> which every later version begins.
+  !> Whether the caller has given the size of its answers, or has no answer (null); otherwise the message of the context says how to
+  !> do this. A program with a newer header has larger answers. Size 0, as in an answer filled with zeros, means the first version
+  !> of the structure, with which every later version begins.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or null
     type(c_ptr), intent(in) :: answer
-    !> [bytes] size of the answer; 0 for null
+    !> [bytes] size of the caller's structure; 0 for null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
 
@@ -81,7 +81,8 @@ contains
   subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code
-    !> [bytes] size of the caller's answer; bytes behind the members known here stay unchanged
+    !> [bytes] size of the caller's structure, from has_size: members behind it are not written; bytes behind the members known here
+    !> stay unchanged
     integer(c_size_t), intent(in) :: n_bytes
     !> address of the caller's answer
     type(c_ptr), intent(in) :: place
@@ -101,8 +102,8 @@ contains
     bytes = own
   end subroutine tell
 
-  !> Whether the last answer has a displacement of this node. Requires: the part that gives the displacement has some
-  !> (has_displacement).
+  !> Whether the last answer has a displacement of this node. Requires: an answer, and a part with displacements (has_displacement)
+  !> that gives them.
   logical function has_node(handle, node)
     type(context_handle_t), intent(in) :: handle
     !> number of the node, 0-based
@@ -114,7 +115,7 @@ contains
     end associate
   end function has_node
 
-  !> Copies the displacement of a node in the last answer. Requires: has_node.
+  !> Copies the displacement of a node in the last answer to `displacement`. Requires: has_node.
   subroutine copy_displacement(handle, node, displacement)
     type(context_handle_t), intent(in) :: handle
     !> number of the node, 0-based
@@ -130,12 +131,13 @@ contains
     end associate
   end subroutine copy_displacement
 
-  !> Returns the address of element i of an array, 1-based.
+  !> Returns the address of element i of an array whose elements have a size that only the caller knows.
   pure function place_of(first, n_bytes, i) result(place)
     !> address of the first element
     type(c_ptr), intent(in) :: first
     !> [bytes] size of an element
     integer(c_size_t), intent(in) :: n_bytes
+    !> 1-based
     integer, intent(in) :: i
     type(c_ptr) :: place
 

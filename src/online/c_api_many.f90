@@ -124,7 +124,8 @@ contains
     if (.not. are_consistent) call keep(handle%message, 'areas, forces and moments belong together, and to multipliers')
   end function are_consistent
 
-  !> Queries one point after the other.
+  !> Queries one point after the other. code is code_ok; no_answer if a point has no answer; bad_argument, without any query, if the
+  !> size of the answers is not set.
   subroutine ask_all(handle, n, points, answers, targets, blank, code)
     type(context_handle_t), intent(inout) :: handle
     integer(c_int), intent(in) :: n
@@ -132,7 +133,7 @@ contains
     !> the caller's answers, or null
     type(c_ptr), intent(in) :: answers
     type(targets_t), intent(inout) :: targets
-    !> value of the multipliers and displacements of a point without an answer
+    !> value of the multipliers and displacements of a point without an answer, and of the displacement of a node that has none
     real(rk), intent(in) :: blank
     integer(c_int), intent(out) :: code
     real(c_double), pointer :: values(:, :)

@@ -75,9 +75,10 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
-  !> Returns a pointer to text i of a list, counted from 0; null if there is no such text.
+  !> Returns a pointer to a text of a list, with a null at its end; null if there is no such text.
   function text_at(texts, i) result(text)
     type(c_text_t), target, intent(in) :: texts(:)
+    !> counted from 0
     integer(c_int), intent(in) :: i
     type(c_ptr) :: text
 
@@ -154,7 +155,7 @@ contains
     chosen => null()
   end function chosen_nodes
 
-  !> Copies integers to the array of the caller; it does nothing if `pointer` is null.
+  !> Copies integers to the array of the caller, which has at least as many; it does nothing if `pointer` is null.
   subroutine put_integers(values, pointer)
     integer, intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer
@@ -165,7 +166,7 @@ contains
     target = values
   end subroutine put_integers
 
-  !> Copies reals to the array of the caller; it does nothing if `pointer` is null.
+  !> Copies reals to the array of the caller, which has at least as many; it does nothing if `pointer` is null.
   subroutine put_reals(values, pointer)
     real(rk), intent(in) :: values(:)
     type(c_ptr), intent(in) :: pointer

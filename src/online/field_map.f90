@@ -28,12 +28,12 @@ module sig_field_map
     !> facets of the first surfaces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
     integer, allocatable :: facet_starts(:)
     integer, allocatable :: facet_nodes(:)
-    !> entry of the deck's contact section for each facet
+    !> entry of the deck's contact section for each facet, 1-based
     integer, allocatable :: facet_entries(:)
     type(contact_rows_t) :: rows
     !> terms of imposed strains and elastic constants
     type(term_set_t) :: terms
-    !> terms of Young's modulus and Poisson's ratio of the first material, of the second one, ...
+    !> numbers (1-based among `terms`) of Young's modulus and Poisson's ratio of the first material, of the second one, ...
     integer, allocatable :: constant_terms(:)
   contains
     procedure :: is_there
@@ -48,9 +48,9 @@ module sig_field_map
     real(rk), allocatable :: displacement(:, :)
     !> [force/length**2] means over the cells, shape (n_stresses, n_cells)
     real(rk), allocatable :: stress(:, :)
-    !> shape (n_cells)
+    !> [force/length**2] von Mises stress of these means, shape (n_cells)
     real(rk), allocatable :: von_mises(:)
-    !> [-] imposed strains as means over the cells; the shears are components of the tensor
+    !> [-] imposed strains as means over the cells, shape (n_stresses, n_cells); the shears are components of the tensor
     real(rk), allocatable :: imposed_strain(:, :)
     !> [force/length**2] at the nodes, shapes (n_stresses, n_nodes) and (n_nodes)
     real(rk), allocatable :: stress_smoothed(:, :)
@@ -64,7 +64,7 @@ module sig_field_map
     !> results of nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
     integer, allocatable :: node_contact(:)
     integer, allocatable :: cell_contact(:)
-    !> [force] multiplier and [length] opening of each row
+    !> [force] multiplier and [length] opening of each contact row, shape (n_multipliers)
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
   contains
@@ -82,25 +82,25 @@ contains
     is_there = allocated(self%regions)
   end function is_there
 
-  !> Returns the number of cells.
+  !> Returns the number of cells of the mesh. Requires: is_there.
   pure integer function n_cells(self)
     class(field_map_t), intent(in) :: self
 
     n_cells = self%of_cells%n_rows()
   end function n_cells
 
-  !> Whether some cell has an imposed strain.
+  !> Whether some cell has an imposed strain. Requires: is_there.
   pure logical function has_imposed_strains(self)
     class(field_map_t), intent(in) :: self
 
     has_imposed_strains = size(self%of_cells%imposed_rows) > 0
   end function has_imposed_strains
 
-  !> Returns Hooke's matrix [force/length**2] of each material, which gives stresses from strains, shape (n_stresses, n_stresses,
-  !> n_materials).
+  !> Returns Hooke's matrix [force/length**2] of each material at a point, which gives stresses from strains, shape (n_stresses,
+  !> n_stresses, n_materials).
   pure function laws(self, theta)
     class(field_map_t), intent(in) :: self
-    !> values of self%terms
+    !> values of self%terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     real(rk) :: laws(n_stresses, n_stresses, size(self%constant_terms) / 2)
     integer :: i
@@ -111,7 +111,7 @@ contains
     end do
   end function laws
 
-  !> Copies the displacement of all nodes, for take_contact and take_stresses.
+  !> Copies the displacement of all nodes to self%displacement, for take_contact and take_stresses.
   pure subroutine take_displacement(self, map, displacement)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -121,7 +121,8 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Computes the contact fields from displacement and multipliers. Requires: take_displacement.
+  !> Computes the contact fields (multipliers to cell_contact of this type) from self%displacement and the multipliers: opening,
+  !> force, pressure, gap and status. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map

@@ -21,7 +21,7 @@ module sig_field_map_file
 
 contains
 
-  !> Writes the group; nothing if the map is empty.
+  !> Writes the group /fields; nothing if the map is empty. A failure of the file is reported when the file is closed.
   subroutine write_field_map(file, map, length)
     type(h5_writer_t), intent(inout) :: file
     type(field_map_t), intent(in) :: map
@@ -69,8 +69,8 @@ contains
       'these strains')
   end subroutine write_strain_map
 
-  !> Reads the group; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not in the
-  !> group: the caller copies them from the model. Errors: a dataset is missing, or has another type or rank.
+  !> Reads the group /fields; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not
+  !> in the group: the caller copies them from the model. Errors: a dataset is missing, or has another type or rank.
   subroutine read_field_map(file, path, parameter_names, map, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages

@@ -32,7 +32,8 @@ module sig_field_query
 
 contains
 
-  !> Returns a sentence that says why a model gives no fields; empty if it gives them. Requires: complete_model.
+  !> Returns a sentence that says why a model gives no fields: it keeps no mesh, or a cluster has no displacement of some dof. The
+  !> result is empty if the model gives fields. Requires: complete_model.
   pure function why_no_fields(model) result(reason)
     type(model_t), intent(in) :: model
     character(:), allocatable :: reason
@@ -54,10 +55,11 @@ contains
       'larger reduction.max_full_order_size'
   end function why_no_fields
 
-  !> Prepares the query. Errors: message is allocated if an expression of an elastic constant or of an imposed strain is not valid.
+  !> Prepares the queries of one thread: compiles the expressions and allocates the arrays. Errors: message is allocated if an
+  !> expression of an elastic constant or of an imposed strain is not valid.
   subroutine create(self, online, message)
     class(field_query_t), intent(inout) :: self
-    !> a model that keeps fields
+    !> the model, after prepare; it gives fields (why_no_fields)
     type(online_model_t), intent(in) :: online
     character(:), allocatable, intent(out) :: message
 
@@ -94,7 +96,7 @@ contains
     end associate
   end subroutine evaluate
 
-  !> Frees the expressions and the arrays; a query that was not created is no error.
+  !> Frees the expressions and the arrays, but not `values`; it may be called without create.
   subroutine destroy(self)
     class(field_query_t), intent(inout) :: self
 

@@ -22,9 +22,9 @@ module sig_model_file
 
 contains
 
-  !> Writes a model; the file appears under its name only when it is complete.
+  !> Writes a model to the file `path`, which appears under its name only when it is complete; an older file is replaced then.
   !>
-  !> Errors: an array of the model does not fit the others (internal), the file cannot be written.
+  !> Errors: an array of the model does not fit the others (exit code exit_internal); the file cannot be written.
   subroutine write_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(in) :: model
@@ -125,8 +125,9 @@ contains
     call file%write('/validation/method_counts', validation%method_counts, description='points that each method answered')
   end subroutine write_validation
 
-  !> Reads a model. Errors: no such file, not HDF5, not a model, another format version, cut off or changed, a dataset is missing, a
-  !> part of an unknown kind, arrays that do not fit together.
+  !> Reads a model from the file `path`. Errors: there is no such file; it is not HDF5 or not a model, has another format version,
+  !> or was cut off or changed; a dataset is missing, or has another type or rank; a part has an unknown kind; arrays do not fit
+  !> together.
   subroutine read_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model

@@ -46,14 +46,15 @@ contains
     end do
   end subroutine prepare
 
-  !> Finds the training point nearest to a point, 1-based, with each side of the box scaled to 1; the first of several. 0 without
-  !> training points.
+  !> Finds the training point nearest to a point, with each side of the box scaled to 1; of several, the first. Parameters whose
+  !> side of the box has no length do not count.
   pure subroutine nearest_point(self, point, i_nearest, distance)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
+    !> number of the training point, 1-based; 0 without training points
     integer, intent(out) :: i_nearest
-    !> [-] huge without training points
+    !> [-] distance to it; huge without training points
     real(rk), intent(out) :: distance
     real(rk) :: square
     integer :: i, k
@@ -72,14 +73,16 @@ contains
     if (i_nearest > 0) distance = sqrt(distance)
   end subroutine nearest_point
 
-  !> Finds the nearest training point on the other side of a point, seen from its nearest training point, so that the two enclose
-  !> it. The other side means an angle of 90 degrees or more at the point. Where no training point is there, the result is the
-  !> second nearest one. The first of several counts; 0 without a second training point.
+  !> Finds the nearest training point on the other side of a point, seen from its nearest training point, so that these two enclose
+  !> the point. The other side means an angle of 90 degrees or more at the point. If no training point is there, the result is the
+  !> second nearest training point. Of several, the first counts. Distances are those of nearest_point.
   pure subroutine opposite_point(self, point, i_nearest, i_opposite)
     class(online_model_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> result of nearest_point
     integer, intent(in) :: i_nearest
+    !> number of the training point, 1-based; 0 if there are fewer than two
     integer, intent(out) :: i_opposite
     real(rk) :: along, distance, distance_opposite, square
     integer :: i, i_second, k
@@ -111,9 +114,10 @@ contains
     if (i_opposite == 0) i_opposite = i_second
   end subroutine opposite_point
 
-  !> Whether the point lies in the trained box or on its border.
+  !> Whether the point lies in the trained box or on its border, except for rounding.
   pure logical function is_inside_box(self, point)
     class(online_model_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     real(rk) :: margin
     integer :: k
@@ -126,10 +130,11 @@ contains
     end do
   end function is_inside_box
 
-  !> Returns a length for each parameter, in its unit, that steps of differences are fractions of: the side of the box; the size of
-  !> the value if the side is zero; 1 if both are zero.
+  !> Returns for each parameter a length in its unit; the steps of finite differences are fractions of it. It is the side of the
+  !> box, or the absolute value of the parameter if the side is zero, or 1 if both are zero.
   pure function lengths_at(self, point) result(lengths)
     class(online_model_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
     real(rk) :: lengths(size(point))
 

@@ -29,8 +29,8 @@ module sig_query
 
 contains
 
-  !> Prepares a query: compiles the expressions of the terms, and makes the work arrays of all parts. Errors: message is allocated
-  !> when a term is not a valid expression.
+  !> Prepares queries of one thread: compiles the expressions of the terms, and makes the work arrays of all parts. Errors: message
+  !> is allocated when a term is not a valid expression.
   subroutine create(self, online, message)
     class(query_t), intent(inout) :: self
     !> the model, after prepare
@@ -46,16 +46,18 @@ contains
     end do
   end subroutine create
 
-  !> Answers at one point. The cluster answers; or the fallback, if the cluster has no answer or its relative bound exceeds the
-  !> model's max_error. answer%reason > 0 says that there is an answer. Each failure is a reason.
+  !> Answers at one point, inside or outside of the trained box. The cluster answers; or the fallback, if the cluster has no answer
+  !> or its relative bound exceeds the model's max_error. The fallback's own bound is not compared with max_error. answer%reason > 0
+  !> says that there is an answer. Otherwise it says why there is none; among others reason_bad_point: the number of values is
+  !> wrong; reason_bad_term: a term has no finite value; reason_large_bound: the bound is too large and there is no fallback.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
     type(online_model_t), intent(in) :: online
-    !> values of the parameters in the model's order
+    !> [unit of each parameter] values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
     type(answer_t), intent(inout) :: answer
-    !> cluster that answers; default: the model's choice at the point
+    !> number of the cluster that is asked first, 1-based; default: the model's choice at the point
     integer, intent(in), optional :: cluster
     type(neighbors_t) :: near
     integer :: i_cluster, i_source
@@ -79,16 +81,18 @@ contains
     if (is_valid) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
-  !> Computes the derivatives of an answer with respect to the parameters; gradient%answer is the answer that they belong to.
+  !> Computes the derivatives of an answer with respect to each parameter. They belong to gradient%answer: this is `answer`, or, if
+  !> the part that answered is not exact, the answer of the fallback at the point, if there is one.
   !>
-  !> Errors: message is allocated when there is no derivative.
+  !> Errors: message is allocated when a term jumps or has no value next to the point, when the part has no derivatives, or when the
+  !> contact forces are not unique.
   subroutine differentiate(self, online, point, answer, direction, gradient, message)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
     type(online_model_t), intent(in) :: online
     !> the point that evaluate was called with
     real(rk), intent(in) :: point(:)
-    !> answer of evaluate, with a solution
+    !> answer of evaluate, with reason > 0
     type(answer_t), intent(in) :: answer
     !> +1: towards larger values of each parameter; -1: towards smaller ones
     integer, intent(in) :: direction
@@ -225,7 +229,7 @@ contains
     judge => null()
   end function null_judge
 
-  !> Frees the expressions and the work arrays; a query that was not created is no error.
+  !> Frees the expressions and the work arrays; it may be called without create.
   subroutine destroy(self)
     class(query_t), intent(inout) :: self
 
