@@ -23,7 +23,7 @@ module sig_changed_basis
 
 contains
 
-  !> Whether the integral of some shape function over the reference element is not positive.
+  !> Whether the integral of some shape function over the reference element is not positive; false for linear elements.
   pure logical function has_weak_corners(i_type)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -56,8 +56,8 @@ contains
     end do
   end function changed_basis
 
-  !> Returns the two corners at the ends of the side in whose middle a node is; zeros for nodes that are not in the middle of a
-  !> side.
+  !> Returns the numbers (1-based) of the two corners at the ends of the side in whose middle a node is; zeros for a node that is
+  !> not in the middle of a side.
   pure function ends_of_side(i_type, i_node) result(ends)
     !> row of element_types
     integer, intent(in) :: i_type

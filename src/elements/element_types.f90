@@ -100,8 +100,9 @@ module sig_element_types
 
 contains
 
-  !> Returns the row of the table with this gmsh number; 0 where the code has no such element.
+  !> Returns the row of the table with this number of gmsh; 0 if the table has no such element.
   pure integer function element_type_of_gmsh(gmsh_type) result(i_type)
+    !> gmsh's number of the element type
     integer, intent(in) :: gmsh_type
 
     do i_type = 1, n_element_types
@@ -110,7 +111,7 @@ contains
     i_type = 0
   end function element_type_of_gmsh
 
-  !> Returns the row of the element of this dimension with this number of nodes; 0 where there is none.
+  !> Returns the row of the table with the element of this dimension and this number of nodes; 0 if there is none.
   pure integer function element_type_with(n_dim, n_nodes) result(i_type)
     integer, intent(in) :: n_dim
     integer, intent(in) :: n_nodes
@@ -121,15 +122,17 @@ contains
     i_type = 0
   end function element_type_with
 
-  !> Returns the row of the linear element of the same shape.
+  !> Returns the row of the table with the linear element of the same shape.
   pure integer function corner_type(i_type)
+    !> row of element_types
     integer, intent(in) :: i_type
 
     corner_type = element_type_with(element_types(i_type)%n_dim, element_types(i_type)%n_corners)
   end function corner_type
 
-  !> Returns the row of the element of the same shape that has the most nodes.
+  !> Returns the row of the table with the element of the same shape that has the most nodes.
   pure integer function fullest_type(i_type)
+    !> row of element_types
     integer, intent(in) :: i_type
     integer :: i_other
 
@@ -140,8 +143,10 @@ contains
     end do
   end function fullest_type
 
-  !> Returns the order of the nodes of the mirrored element, in which xi and eta are exchanged. The Jacobian changes its sign.
+  !> Returns the order of the nodes in which they describe the mirrored element, where xi and eta are exchanged: node i of the
+  !> mirrored element is node order(i) of the element. The Jacobian changes its sign. Requires: an element of dimension 2 or 3.
   pure function mirrored_order(i_type) result(order)
+    !> row of element_types
     integer, intent(in) :: i_type
     integer :: order(element_types(i_type)%n_nodes)
     integer :: i_node, j_node

@@ -10,7 +10,7 @@ module sig_quadrature
 contains
 
   !> Computes the integration points and weights of an element type: 3 points for a T3 and 4 for a Q4 as in section 5 of the paper,
-  !> 4 for a T4, 8 for an H8.
+  !> 4 for a T4, 8 for an H8, 2 for a line, 1 for a point.
   !>
   !> Quadratic elements have more points, because they can be curved: 7 for triangles, 14 for tetrahedra, 3 per direction for lines,
   !> quadrilaterals and hexahedra. These rules are exact for polynomials of degree 5.

@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: i_type
     !> [-] points of the reference element, shape (n_dim, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> [-] shape (n_points)
+    !> [-] weights of the points, shape (n_points)
     real(rk), intent(in) :: weights(:)
     type(shape_table_t), intent(out) :: table
     real(rk), allocatable :: coefficients(:, :)
@@ -82,7 +82,8 @@ contains
     end associate
   end subroutine extrapolate
 
-  !> [-] Returns the coefficients c of the formula at the head of this file, shape (n_nodes, n_nodes).
+  !> Returns the coefficients c [-] of the formula at the head of this file, shape (n_nodes, n_nodes): row j belongs to monomial j,
+  !> column i to shape function i.
   pure function shape_coefficients(i_type) result(coefficients)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -122,7 +123,7 @@ contains
     inverse = rows(:, n + 1:)
   end function inverted
 
-  !> Returns the values of the shape functions at a point of the reference element.
+  !> Returns the values [-] of the shape functions at a point of the reference element, shape (n_nodes).
   pure function shape_values(i_type, coefficients, point) result(values)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -135,7 +136,7 @@ contains
     values = matmul(monomial_values(element_types(i_type), point, 0), coefficients)
   end function shape_values
 
-  !> [-] Returns the derivatives of the shape functions with respect to one reference coordinate.
+  !> Returns the derivatives [-] of the shape functions with respect to one reference coordinate, shape (n_nodes).
   pure function shape_slopes(i_type, coefficients, point, i_dim) result(slopes)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -150,10 +151,12 @@ contains
     slopes = matmul(monomial_values(element_types(i_type), point, i_dim), coefficients)
   end function shape_slopes
 
-  !> Returns the corners of the edge, the face or the cell in whose middle a node is; for a corner the corner itself.
+  !> Returns the numbers (1-based) of the corners of the edge, the face or the cell in whose middle a node is; for a corner the
+  !> corner itself.
   pure function corners_of_node(i_type, i_node) result(corners)
     !> row of element_types
     integer, intent(in) :: i_type
+    !> node of the element, 1-based
     integer, intent(in) :: i_node
     integer, allocatable :: corners(:)
     !> [-] at such a node, the linear shape functions of these corners are at least 1/8, and those of the others are 0

@@ -40,7 +40,7 @@ module sig_curved_rule
 
 contains
 
-  !> Appends to `rule` the integration points of an edge of three nodes, on the part inside of the window.
+  !> Computes the integration points of an edge of three nodes, on the part inside of the window. Requires: rule%n_points = 0.
   pure subroutine add_curved_edge(vertices, window, rule)
     !> [length] coordinates of the nodes, both ends first, shape (2, 3)
     real(rk), intent(in) :: vertices(:, :)
@@ -65,7 +65,8 @@ contains
     end do
   end subroutine add_curved_edge
 
-  !> Appends to `rule` the integration points of a face of six, eight or nine nodes, on the part inside of the window.
+  !> Computes the integration points of a face of six, eight or nine nodes, on the part inside of the window. Requires:
+  !> rule%n_points = 0.
   pure subroutine add_curved_face(vertices, window, rule)
     !> [length] coordinates of the nodes, corners first, shape (3, n_nodes)
     real(rk), intent(in) :: vertices(:, :)

@@ -44,8 +44,10 @@ contains
 
   !> Compiles a text that may contain the variables in `names`.
   !>
-  !> Errors: message is allocated when the text is not a valid expression, and says what is wrong and where.
+  !> Errors: message is allocated when the text is empty, longer than 1000 characters or not a valid expression, and says what is
+  !> wrong and where. Then nothing is compiled.
   subroutine create(this, text, names, message)
+    !> what was compiled before is freed
     class(expression_t), intent(inout) :: this
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
@@ -77,7 +79,7 @@ contains
   end subroutine create
 
   !> Computes the result for `values`, one per name that `create` got and in the same order. is_valid is false when the result is
-  !> infinite or not a number, when the expression is not compiled, or when the number of values is wrong.
+  !> infinite or not a number, when the expression is not compiled, or when the number of values is wrong; do not use `result` then.
   subroutine evaluate(this, values, result, is_valid)
     class(expression_t), intent(in) :: this
     real(rk), intent(in) :: values(:)
@@ -107,7 +109,8 @@ contains
     end do
   end function uses
 
-  !> Returns the positions, ascending, of the variables that occur in the text among the names that `create` got.
+  !> Returns the positions, 1-based and ascending, of the variables that occur in the text among the names that `create` got; empty
+  !> before `create`.
   function used_places(this) result(places)
     class(expression_t), intent(in) :: this
     integer, allocatable :: places(:)

@@ -46,10 +46,12 @@ module sig_facet_points
 
 contains
 
-  !> Allocates the arrays of `rule` for n_points points. Arrays that are large enough and fit the facet stay as they are.
+  !> Makes the arrays of `rule` large enough for n_points points. Arrays that are large enough and fit the facet stay as they are;
+  !> others are allocated again, and their points are lost.
   pure subroutine make_room(vertices, n_points, rule)
     !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
+    !> number of all points that the arrays must hold
     integer, intent(in) :: n_points
     type(facet_rule_t), intent(inout) :: rule
 
@@ -62,7 +64,7 @@ contains
     allocate (rule%area_vectors(size(vertices, 1), n_points))
   end subroutine make_room
 
-  !> Appends a point to `rule`, whose arrays must have room for it (make_room).
+  !> Appends a point to `rule`, whose arrays must be large enough for it (make_room).
   pure subroutine add_point(vertices, values, area_vector, rule)
     !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)

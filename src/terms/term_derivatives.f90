@@ -27,22 +27,23 @@ contains
 
   !> Computes the derivatives of all terms with respect to all parameters at one point.
   !>
-  !> i_failed is not 0 where a derivative does not exist; the column of that parameter is then of no use.
+  !> If some derivative does not exist, i_failed is not 0, and `derivatives` is of no use.
   subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, i_failed)
     type(term_values_t), intent(inout) :: terms
     !> values of the parameters, shape (n_parameters); all terms must have finite values there
     real(rk), intent(in) :: point(:)
     !> values of the terms at this point, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> sides of the box of the parameters, positive, shape (n_parameters)
+    !> [unit of each parameter] lengths > 0 that the steps are fractions of, such as the sides of the box; shape (n_parameters)
     real(rk), intent(in) :: lengths(:)
     !> which slope to take at a kink: +1 = towards larger values of the parameter, -1 = towards smaller ones
     integer, intent(in) :: direction
     !> [per unit of a parameter] shape (n_terms, n_parameters)
     real(rk), contiguous, intent(inout) :: derivatives(:, :)
-    !> whether the slopes on both sides differ for some term, shape (n_parameters)
+    !> whether some term has different slopes on both sides, or has a slope on one side only; shape (n_parameters)
     logical, intent(out) :: is_kink(:)
-    !> first parameter for which a term has no derivative, because it jumps or has no finite value beside the point; 0 = none
+    !> first parameter, 1-based, for which a term has no derivative towards `direction`, because the term jumps or has no finite
+    !> value beside the point; 0 = none
     integer, intent(out) :: i_failed
     integer :: i
     logical :: is_found

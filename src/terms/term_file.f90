@@ -12,13 +12,13 @@ module sig_term_file
 
 contains
 
-  !> Writes a term set into a group of an open file. Write errors are kept in `file`.
+  !> Writes a term set into a group of an open file. A failure of the file is reported when the file is closed.
   subroutine write_terms(file, group, terms, length)
     type(h5_writer_t), intent(inout) :: file
     !> path of the group in the file
     character(*), intent(in) :: group
     type(term_set_t), intent(in) :: terms
-    !> unit of lengths, as text
+    !> name of the unit of lengths
     character(*), intent(in) :: length
     integer :: i
 
@@ -53,13 +53,14 @@ contains
 
   !> Reads a term set. Indices in it are not checked here (are_sound_terms).
   !>
-  !> Errors: a data set is missing; the number of sources is not the one that the file says.
+  !> Errors: a dataset is missing, or has another type or rank; the number of sources is not the one that the file says.
   subroutine read_terms(file, group, path, parameter_names, terms, error)
     type(h5_reader_t), intent(in) :: file
     !> path of the group in the file
     character(*), intent(in) :: group
     !> path of the file, for messages
     character(*), intent(in) :: path
+    !> names of the model's parameters, which are not in the group
     type(string_t), intent(in) :: parameter_names(:)
     type(term_set_t), intent(out) :: terms
     type(error_t), allocatable, intent(inout) :: error

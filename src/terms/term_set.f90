@@ -67,7 +67,8 @@ module sig_term_set
 
 contains
 
-  !> Makes a set that holds only term 1. The other arguments are the components of term_set_t.
+  !> Makes a set that holds only term 1, whose value is always 1. The arguments before `terms` become the components of the same
+  !> names.
   pure subroutine start_terms(parameter_names, coordinate_names, is_round, terms)
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
@@ -89,10 +90,12 @@ contains
     if (allocated(self%names)) n_terms = size(self%names)
   end function n_terms
 
-  !> Adds a new term and returns its index. The term is zero until a source adds to it.
+  !> Adds a new term and gives its index. The term is zero until a source adds to it.
   pure subroutine add_term(self, name, i_term)
     class(term_set_t), intent(inout) :: self
+    !> a name or the expression, for people
     character(*), intent(in) :: name
+    !> 1-based
     integer, intent(out) :: i_term
 
     call append_text(self%names, name)
@@ -103,7 +106,7 @@ contains
   pure subroutine add_terms(self, names, terms)
     class(term_set_t), intent(inout) :: self
     type(string_t), intent(in) :: names(:)
-    !> indices of the new terms, shape (size(names))
+    !> indices of the new terms, 1-based, shape (size(names))
     integer, intent(out) :: terms(:)
     type(string_t), allocatable :: longer(:)
     integer :: i, n
@@ -116,7 +119,7 @@ contains
     terms = [(n + i, i=1, size(names))]
   end subroutine add_terms
 
-  !> Adds a new term that is an expression of the parameters, and returns its index. The text is not checked here.
+  !> Adds a new term that is an expression of the parameters, and gives its index (i_term, 1-based). The text is not checked here.
   pure subroutine add_expression(self, text, line, column, i_term)
     class(term_set_t), intent(inout) :: self
     character(*), intent(in) :: text
@@ -134,7 +137,8 @@ contains
     call self%add_source(source)
   end subroutine add_expression
 
-  !> Adds a source, whose terms must exist. Components of the source that are not allocated become empty.
+  !> Adds a copy of a source, whose text must be set and whose terms must exist. Other components of the copy that are not allocated
+  !> become empty.
   pure subroutine add_source(self, source)
     class(term_set_t), intent(inout) :: self
     type(term_source_t), intent(in) :: source

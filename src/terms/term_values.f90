@@ -56,7 +56,8 @@ module sig_term_values
 
 contains
 
-  !> Compiles the expressions of `terms`. Errors: message is allocated when a text is not a valid expression.
+  !> Copies `terms`, compiles their expressions, and integrates each facet of the surface loads for the load value 1. Errors:
+  !> message is allocated when a text is not a valid expression; then nothing is compiled.
   subroutine create(self, terms, message)
     class(term_values_t), intent(inout) :: self
     type(term_set_t), intent(in) :: terms
@@ -157,8 +158,8 @@ contains
     end do
   end function scales
 
-  !> Computes the values of all terms at one point. Where a value is infinite or not a number, is_valid is false, i_source says
-  !> which source gave it, and theta is incomplete.
+  !> Computes the values of all terms at one point. If a value is infinite or not a number, is_valid is false, i_source says which
+  !> source gave it, and theta is incomplete. Requires: create.
   subroutine evaluate(self, point, theta, is_valid, i_source)
     class(term_values_t), intent(inout) :: self
     !> values of the parameters, shape (n_parameters)
@@ -335,7 +336,7 @@ contains
     type(expression_t), intent(in) :: expression
     !> values of the parameters
     real(rk), intent(in) :: point(:)
-    !> [force] shape (n_dim, n_nodes)
+    !> [force, if the load is in force/length**(n_dim - 1)] shape (n_dim, n_nodes)
     real(rk), allocatable, intent(out) :: forces(:, :)
     logical, intent(out) :: is_valid
     real(rk) :: force(3), value
@@ -353,7 +354,7 @@ contains
     end do
   end subroutine facet_forces
 
-  !> Frees the expressions.
+  !> Frees the expressions; it may be called without create.
   subroutine destroy(self)
     class(term_values_t), intent(inout) :: self
     integer :: i

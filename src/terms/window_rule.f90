@@ -35,7 +35,7 @@ module sig_window_rule
 contains
 
   !> Returns the integration points of an edge (n_dim = 2), or of a triangle or quadrilateral (n_dim = 3), on the part inside of the
-  !> window. Linear and quadratic facets are known.
+  !> window; no points if the facet lies outside. Linear and quadratic facets are known.
   pure function facet_rule(vertices, window) result(rule)
     !> [length] coordinates of the nodes, corners first, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
@@ -49,9 +49,10 @@ contains
     rule%area_vectors = rule%area_vectors(:, :rule%n_points)
   end function facet_rule
 
-  !> Does the same as facet_rule, but uses the arrays of `rule` again where they are large enough. Only the first n_points points of
-  !> the arrays are valid.
+  !> Does the same as facet_rule, but uses the arrays of `rule` again where they are large enough. Points that `rule` had before are
+  !> replaced. Only the first rule%n_points points of the arrays are valid.
   pure subroutine find_facet_rule(vertices, window, rule)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
@@ -151,7 +152,7 @@ contains
     end associate
   end function facet_position
 
-  !> Appends to `rule` the points of a linear edge.
+  !> Puts the points of a linear edge into the empty `rule`.
   pure subroutine cut_edge(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -189,8 +190,8 @@ contains
     end if
   end function piece_inside
 
-  !> Appends to `rule` the points of a linear face, the image of the unit square (s, t). On a triangle the side s = 1 of the square
-  !> is only a point, the second node.
+  !> Puts the points of a linear face into the empty `rule`. The face is the image of the unit square (s, t). On a triangle the side
+  !> s = 1 of the square is only a point, the second node.
   pure subroutine cut_face(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
