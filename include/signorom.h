@@ -12,10 +12,12 @@
  *     signorom_free_context(context);
  *     signorom_close(model);
  *
- * Every call that can fail returns a signorom_code. The message of the last failure is kept in the model or in the
- * context. There are no global variables. Several threads may use one model if each thread has its own context; only
- * one thread at a time may use a context. Only one thread of the process at a time may make or free models and
- * contexts. Numbers of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model. */
+ * Every call that can fail returns a signorom_code. A call returns SIGNOROM_BAD_ARGUMENT (null, if it returns a text)
+ * where the model or the context is null or was not made successfully. A model keeps the message of a failed
+ * signorom_open, a context the message of the last failed call with it; other calls with a model leave no message.
+ * There are no global variables. Several threads may use one model if each thread has its own context; only one thread
+ * at a time may use a context. Only one thread of the process at a time may make or free models and contexts. Numbers
+ * of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model or the context. */
 #ifndef SIGNOROM_H
 #define SIGNOROM_H
 
@@ -39,8 +41,10 @@ typedef enum {
   SIGNOROM_NO_MEMORY = 4     /* no memory for the handle, which is null then; so there is no message */
 } signorom_code;
 
+/* How the contact problem of an answer was solved. The methods 1 to 3 belong to the reduced problem of a hyper-reduced
+ * model. */
 typedef enum {
-  SIGNOROM_METHOD_NONE = 0,
+  SIGNOROM_METHOD_NONE = 0, /* there is no answer */
   SIGNOROM_METHOD_ACTIVE_SET = 1,
   SIGNOROM_METHOD_BLOCK_PIVOTING = 2,
   SIGNOROM_METHOD_LEMKE = 3,
@@ -70,12 +74,13 @@ typedef enum {
 typedef struct {
   int n_parameters;
   int n_clusters;
-  int n_contacts; /* number of multipliers */
+  int n_contacts; /* number of multipliers (contact forces) of the model */
   int n_nodes;
   int n_dimensions;
   int n_dofs; /* n_dimensions * n_nodes */
   int n_training_points;
-  int has_full_order_multipliers;  /* 1: the model also answers a point where the reduced problem has no solution */
+  int has_full_order_multipliers;  /* 1: the model has the full-order operator, which answers where the reduced problem
+                                      has no solution; or its own forces are those of the full order */
   int has_full_order_displacement; /* 1: the displacement of such an answer is exact, too; 0: it is that of the reduced
                                       basis */
 } signorom_sizes;
@@ -85,13 +90,13 @@ typedef struct {
  * not write the members beyond it. A structure filled with zeros counts as one of the first version, whose last member
  * is n_solutions. */
 typedef struct {
-  size_t size; /* sizeof(signorom_answer) */
-  int code;    /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
-  int method;  /* signorom_method */
-  int cluster;
+  size_t size;           /* sizeof(signorom_answer) */
+  int code;              /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
+  int method;            /* signorom_method */
+  int cluster;           /* cluster that the choice selected; the full-order operator may have answered in its place */
   int n_modes;           /* number of reduced coordinates of this cluster */
-  int n_domain_contacts; /* number of multipliers in its reduced integration domain */
-  int n_active;          /* number of these multipliers whose contact is closed */
+  int n_domain_contacts; /* number of contacts in its reduced integration domain; all contacts for other kinds */
+  int n_active;          /* number of these contacts that are closed, that is, carry a force */
   int n_iterations;      /* number of linear solves and pivots */
   int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
   /* distance to the nearest training point, with each side of the box scaled to 1 */
@@ -101,13 +106,14 @@ typedef struct {
   double residual;
   /* Number of different solutions of the reduced problem that two starts found; 0 without an answer. With 2 the contact
    * conditions of the reduced problem do not determine the answer, and the contact forces are less reliable. Where the
-   * model has the full-order operator (has_full_order_multipliers), the answer is the solution that violates the full
-   * contact problem less, else the one whose start was the nearest training point. */
+   * model has the full-order operator (has_full_order_multipliers), the answer is the solution whose forces on all
+   * contacts have the smaller energy, else the one whose start was the nearest training point. */
   int n_solutions;
   /* Bound of the error of the contact forces: |f - f_full| <= bound [sqrt(force * length)]. f holds the forces of all
    * contacts, and the norm is that of the energy that they store in the bodies. relative_bound is the bound divided by
    * the size of f, or by a thousandth of the largest size in training where that is larger; a relative bound of at most
-   * 1e-12 means an exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound. */
+   * 1e-12 means an exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound. DBL_MAX: the error may be of any
+   * size. */
   double bound;
   double relative_bound;
   /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid
@@ -131,16 +137,22 @@ typedef struct {
  * earlier libraries with the same major version (before 1.0.0: with the same minor version). */
 const char *signorom_version(void);
 
-/* Reads a model. The call sets `*model` even when it fails, so that signorom_model_message can tell the reason. Always
- * close the model, also after a failure. */
+/* Reads a model from a file. The call sets `*model` even when it fails, so that signorom_model_message can tell the
+ * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the path is null. SIGNOROM_BAD_MODEL: the file
+ * cannot be read or the model cannot answer. Always close the model, also after a failure. */
 int signorom_open(const char *path, signorom_model **model);
+/* Returns the reason why signorom_open failed, as a text that exists as long as the model. It is empty after a success,
+ * and null where the model is null. */
 const char *signorom_model_message(const signorom_model *model);
+/* Frees a model and its texts. Free its contexts first. A null pointer is allowed. */
 void signorom_close(signorom_model *model);
 
+/* Gives the sizes of a model. SIGNOROM_BAD_ARGUMENT: `sizes` is null. */
 int signorom_get_sizes(const signorom_model *model, signorom_sizes *sizes);
-/* Returns a text of the model; `kind` is a signorom_text_kind. The result is null where the model has no such text. */
+/* Returns a text of the model; `kind` is a signorom_text_kind. The result is null where there is no such kind. */
 const char *signorom_text(const signorom_model *model, int kind);
-/* Gives name, unit and range of parameter i, which counts from 0. Any of the pointers may be null. */
+/* Gives name, unit and trained range of parameter i, which counts from 0. Any of the pointers behind i may be null.
+ * SIGNOROM_BAD_ARGUMENT: i is out of range. */
 int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
                            double *maximum);
 /* Gives the nodes of one side of the contacts. Side 0 is the first one, which carries the contact forces; side 1 is the
@@ -150,7 +162,7 @@ int signorom_get_parameter(const signorom_model *model, int i, const char **name
  * force on each node, which sum up to 1 and may be negative. On side 0 the force and the multiplier of a contact belong
  * to its first node. For the node in the middle of a side of a face with six or eight nodes, the corners at both ends
  * of this side have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share
- * nodes. Any pointer may be null. */
+ * nodes. Any array may be null. SIGNOROM_BAD_ARGUMENT: `side` is neither 0 nor 1. */
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
 /* Gives the areas of the contacts [n_contacts]; in plane models they are lengths. Contact pressure = contact force /
@@ -161,42 +173,55 @@ int signorom_get_contact_areas(const signorom_model *model, double *areas);
  * [n_contacts], counted from 0. Any pointer may be null. Ask for the number first: where it is 0, the call does not
  * write the array. */
 int signorom_get_contact_entries(const signorom_model *model, int *n_entries, int *n_moments, int *entries);
-/* Returns the names of the two surfaces of an entry, such as "lower - upper"; null where there is no such entry. */
+/* Returns the names of the two surfaces of an entry (from 0) of the deck's contact section, such as "lower - upper";
+ * null where there is no such entry. */
 const char *signorom_contact_entry_name(const signorom_model *model, int entry);
 /* Sums the forces of all contacts [n_contacts] over each entry of the deck's contact section. The results are the area
  * that touches [n_entries], the resultant force on the first surface [n_entries][n_dimensions], and its moment about
  * the origin of the coordinates [n_entries][n_moments], on the undeformed mesh. In plane models the moment is x F_y - y
  * F_x, and all results are per unit thickness. In axisymmetric models the results are sums over the full turn of the
  * components in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number, the results of its
- * entry are not numbers either. Several threads may share the model. */
+ * entry are not numbers either. SIGNOROM_BAD_ARGUMENT: one of the arrays is null. Several threads may share the model.
+ */
 int signorom_get_resultants(const signorom_model *model, const double *multipliers, double *areas, double *forces,
                             double *moments);
-/* Gives the tags of the mesh file [n_nodes] and the coordinates [n_nodes][n_dimensions]; either may be null. */
+/* Gives for each node its tag in the mesh file [n_nodes] and its coordinates [n_nodes][n_dimensions]; either array may
+ * be null. SIGNOROM_BAD_ARGUMENT: the model keeps no nodes. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
 /* Says for each node [n_nodes] where its displacement comes from, as a signorom_displacement_source. This holds for
  * answers by the reduced model itself. With has_full_order_displacement an answer by the method condensed has exact
  * displacements at all nodes. */
 int signorom_get_displacement_sources(const signorom_model *model, int *sources);
 /* Gives the number of contacts of the reduced integration domain of a cluster and, unless `contacts` is null, their
- * numbers in ascending order. */
+ * numbers in ascending order. In a model that is not hyper-reduced these are all contacts. SIGNOROM_BAD_ARGUMENT: there
+ * is no such cluster. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
 /* Gives the cluster that is the second choice at a point [n_parameters]: the one of the nearest cell of another
- * cluster, or the one with the second most votes of the forest. It is -1 where there is only one cluster. */
+ * cluster, or the one with the second most votes of the forest. It is -1 where there is only one cluster.
+ * SIGNOROM_BAD_ARGUMENT: a pointer is null. */
 int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
-/* Makes a context for queries. The call sets `*context` even when it fails. Create it before the threads that use it
- * start; the model must stay open as long as the context exists. */
+/* Makes a context for queries. The call sets `*context` even when it fails, so that signorom_message can tell the
+ * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the model is not open. SIGNOROM_BAD_MODEL: an
+ * expression of the model is not valid. Create a context before the threads that use it start, and always free it; the
+ * model must stay open as long as the context exists. */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
+/* Returns the message of the last failed call with the context; a later success does not clear it. It is empty if no
+ * call failed, and null where the context is null. The text is valid until the next failed call. */
 const char *signorom_message(const signorom_context *context);
+/* Frees a context. A null pointer is allowed. */
 void signorom_free_context(signorom_context *context);
 
-/* Computes the answer at a point [n_parameters]. After the first queries it allocates no memory (with several clusters:
- * as long as the same cluster answers). The functions below give the details of the last answer. */
+/* Computes the answer at a point [n_parameters]. `answer` may be null. After the first queries the call allocates no
+ * memory (with several clusters: as long as the same cluster answers). The functions below give the details of the last
+ * answer; they return SIGNOROM_BAD_ARGUMENT where the last query gave no answer. SIGNOROM_NO_ANSWER: the message says
+ * why. SIGNOROM_BAD_ARGUMENT: the point is null, or the size of the answer is not set. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
  * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
  * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns
- * SIGNOROM_NO_ANSWER. */
+ * SIGNOROM_NO_ANSWER. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are null, or the size of the first
+ * answer is not set. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 
@@ -219,20 +244,26 @@ typedef struct {
 #define SIGNOROM_ARRAYS                                                                                                \
   { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
 
-/* Computes the answers at n points [n][n_parameters]. A point without an answer does not stop the call, which then
- * returns SIGNOROM_NO_ANSWER. */
+/* Computes the answers at n points [n][n_parameters] and fills the arrays of the structure. A point without an answer
+ * does not stop the call, which then returns SIGNOROM_NO_ANSWER. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, a
+ * pointer is null, a size is not set, areas, forces, moments and multipliers are not given as the structure demands, or
+ * a chosen node does not exist. */
 int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
-/* Give the contact forces of the domain [n_domain_contacts], or of all contacts [n_contacts]. The forces outside of the
- * domain are the non-negative combination of the training solutions that fits the answer best. */
+/* Gives the contact forces of the last answer on the contacts of the cluster's domain [n_domain_contacts], in the order
+ * of signorom_get_domain_contacts. */
 int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
+/* Gives the contact forces of the last answer on all contacts [n_contacts]. Where a hyper-reduced model answers, the
+ * forces outside of the domain are the non-negative combination of the training solutions that fits the answer best. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
-/* Gives the reduced coordinates [n_modes]. */
+/* Gives the reduced coordinates of the last answer [n_modes], in the unit of lengths. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
-/* Give the displacement of all nodes [n_nodes][n_dimensions], or of the nodes that the caller chooses
- * [n][n_dimensions]. The first call writes NaN for a node without displacement; the second one returns
- * SIGNOROM_NO_ANSWER for it. Both return SIGNOROM_NO_ANSWER where the model gives contact forces only. */
+/* Gives the displacement of all nodes in the last answer [n_nodes][n_dimensions]; NaN for a node without displacement.
+ * SIGNOROM_NO_ANSWER: the model gives contact forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
+/* Gives the displacement of the n nodes that the caller chooses, in the last answer [n][n_dimensions].
+ * SIGNOROM_NO_ANSWER: one of them has no displacement, or the model gives contact forces only; the array is not
+ * written then. SIGNOROM_BAD_ARGUMENT: n < 0, or a node does not exist. */
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
 /* Fields. A model gives fields if its deck has `reduction: {fields: true}`. Other models have no cells, and the calls
@@ -245,45 +276,50 @@ int signorom_get_field_sizes(const signorom_model *model, int *n_cells, int *n_c
                              int *n_facets, int *n_facet_nodes);
 /* Gives the cells. The nodes of cell i are nodes[starts[i]] ... nodes[starts[i + 1] - 1], counted from 0, in gmsh's
  * order. The arrays are starts [n_cells + 1], nodes [n_cell_nodes] and regions [n_cells], counted from 0 (-1: no
- * region). Any pointer may be null. */
+ * region). Any array may be null. SIGNOROM_NO_ANSWER: the model keeps no mesh. */
 int signorom_get_cells(const signorom_model *model, int *starts, int *nodes, int *regions);
-/* Returns the name of a region; null where there is no such region. */
+/* Returns the name of a region, which counts from 0; null where there is no such region. */
 const char *signorom_region_name(const signorom_model *model, int region);
-/* Gives the facets of the contact surfaces: starts [n_facets + 1], nodes [n_facet_nodes], and the entry of the deck's
- * contact section that each facet belongs to [n_facets]. Any pointer may be null. */
+/* Gives the facets of the surfaces that carry the contact forces. The nodes of facet i are nodes[starts[i]] ...
+ * nodes[starts[i + 1] - 1], counted from 0. The arrays are starts [n_facets + 1], nodes [n_facet_nodes], and contacts
+ * [n_facets], the entry (from 0) of the deck's contact section that each facet belongs to. Any array may be null.
+ * SIGNOROM_NO_ANSWER: the model keeps no mesh. */
 int signorom_get_contact_facets(const signorom_model *model, int *starts, int *nodes, int *contacts);
 /* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
- * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any pointer may be null. This call
- * and the next two compute all fields of an answer when the first of them is made. */
+ * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. This call
+ * and the next two compute all fields of an answer when the first of them is made. All three return SIGNOROM_NO_ANSWER
+ * where the model gives no fields, or where an elastic constant or an imposed strain has no value at the point. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
                           double *nodal_von_mises);
-/* Gives the strains that temperatures and swelling impose, as means over the cells [n_cells][6]. The shears are
- * components of the tensor. */
+/* Gives the strains that temperatures and swelling impose at the point of the last answer, as means over the cells
+ * [n_cells][6], in the order of signorom_get_stresses. The shears are components of the tensor. */
 int signorom_get_imposed_strains(signorom_context *context, double *strain);
-/* Gives the contact fields. At the nodes: the force of the other body [n_nodes][n_dimensions], contact pressure and gap
- * [n_nodes] (the gap is NaN off the contacts), and the status [n_nodes]: 0 no contact, 1 open, 2 closed. In the cells:
- * the status [n_cells]: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes. Any pointer may be null.
- */
+/* Gives the contact fields of the last answer. At the nodes: the force of the other body [n_nodes][n_dimensions],
+ * contact pressure and gap [n_nodes] (the gap is NaN off the contacts), and the status [n_nodes]: 0 no contact, 1 open,
+ * 2 closed. In the cells: the status [n_cells]: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes.
+ * Any array may be null. */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 
 /* Computes the derivatives of the last answer with respect to each parameter, where closed contacts with a force stay
  * closed and open ones stay open. n_grazing contacts touch without a force and may do either. With such contacts, or at
  * a kink of an expression of the deck, the derivative towards larger values (direction 1) differs from the one towards
- * smaller values (direction -1), and is_one_sided [n_parameters] is 1. Both pointers may be null. Models of the kinds
- * condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order operator gives the
- * derivatives of the full-order solution, and not those of its own answer. The call returns SIGNOROM_NO_ANSWER without
- * that operator, where a load jumps at the point (whole_edges), and where the forces are not unique. It costs about one
+ * smaller values (direction -1), and is_one_sided [n_parameters] is 1. n_grazing and is_one_sided may be null. Models
+ * of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order
+ * operator gives the derivatives of the full-order solution, and not those of its own answer. The call returns
+ * SIGNOROM_NO_ANSWER without that operator, where a load jumps at the point (whole_edges) or an expression has no value
+ * beside it, and where the forces are not unique; and SIGNOROM_BAD_ARGUMENT for another direction. It costs about one
  * query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
-/* Gives the derivatives of the contact forces [n_parameters][n_contacts]. */
+/* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
+ * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */
 int signorom_get_multiplier_gradient(signorom_context *context, double *gradient);
 /* Gives the derivatives of the resultant forces [n_parameters][n_entries][n_dimensions] and of their moments
  * [n_parameters][n_entries][n_moments], as defined at signorom_get_resultants. */
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
-/* Gives the derivatives of the displacement of the nodes that the caller chooses [n_parameters][n][n_dimensions]. The
- * call returns SIGNOROM_NO_ANSWER where one of them has no displacement. */
+/* Gives the derivatives of the displacement of the n nodes that the caller chooses [n_parameters][n][n_dimensions].
+ * SIGNOROM_NO_ANSWER: one of them has no such derivative. SIGNOROM_BAD_ARGUMENT: n < 0, or a node does not exist. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 
 #ifdef __cplusplus
