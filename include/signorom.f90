@@ -16,7 +16,8 @@
 !>     call signorom_close(model)
 !>
 !> An argument that may be a null pointer in C is optional here. Arrays are stored as in C: point i of `points` is
-!> points(:, i). Numbers of nodes, contacts and clusters count from 0.
+!> points(:, i). Numbers of nodes, contacts and clusters count from 0. signorom_get_resultants returns SIGNOROM_BAD_ARGUMENT
+!> unless all its arrays are given.
 module signorom
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_f_pointer, c_int, c_null_ptr, c_ptr, c_size_t
   implicit none(type, external)

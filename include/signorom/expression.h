@@ -11,7 +11,7 @@ enum {
   SIG_EXPRESSION_NO_MEMORY = 1,
   SIG_EXPRESSION_BAD_NAME = 2,     /* a variable's name is no identifier or belongs to muParser */
   SIG_EXPRESSION_UNKNOWN_NAME = 3, /* token holds it */
-  SIG_EXPRESSION_SYNTAX = 4,       /* message holds muParser's sentence */
+  SIG_EXPRESSION_SYNTAX = 4,       /* message holds a sentence */
   SIG_EXPRESSION_SEVERAL = 5       /* "a, b": more than one value */
 };
 
