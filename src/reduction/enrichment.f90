@@ -39,7 +39,8 @@ module sig_enrichment
 
 contains
 
-  !> Adds hats until kappa is small enough and the rank is full, until max_hats is reached, or until no candidate is left.
+  !> Chooses hats by the rule. The greedy choice adds hats until kappa is small enough and the rank is full, until max_hats is
+  !> reached, or until no candidate is left. Without it all candidates are added in their order.
   !>
   !> Each hat adds a column to M = B[A_lambda, A_c] V[A_c]. This column is zero except in the contact row of the hat. Source:
   !> Algorithm 1, (11), (12). Local. Of nearly equal candidates the first is taken. Cost: per hat one decomposition of M, and per

@@ -42,7 +42,7 @@ module sig_pod
 
 contains
 
-  !> Makes room for the snapshots. Collective on comm. A rank may have no rows.
+  !> Allocates the memory for the snapshots. Collective on comm. A rank may have no rows.
   subroutine create(self, n_local, n_rows, n_snapshots, comm, ierr)
     class(pod_t), intent(out) :: self
     !> number of rows of this rank, and of all ranks
@@ -93,7 +93,8 @@ contains
     ierr = sig_snapshot_svd_triangle(self%svd, coordinates)
   end subroutine triangle
 
-  !> Computes the singular values. Collective. ierr is not 0 where PETSc options (-pod_svd_...) leave values out.
+  !> Sets self%singular_values. Requires: set_snapshot for all snapshots. Collective. ierr is not 0 where PETSc options
+  !> (-pod_svd_...) leave values out.
   subroutine decompose(self, ierr)
     class(pod_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

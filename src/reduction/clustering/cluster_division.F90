@@ -32,7 +32,7 @@ contains
   !> are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
   subroutine divide_snapshots(deck, n_clusters, snapshots, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> 0: the number with the best separated clusters is chosen
+    !> 0: the number up to clusters.max_number with the best separated clusters is chosen
     integer, intent(in) :: n_clusters
     !> all snapshots that have a full-order solution, in the order of the training points of the deck
     type(training_set_t), intent(in) :: snapshots
@@ -84,6 +84,7 @@ contains
   subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
+    !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
@@ -132,6 +133,7 @@ contains
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
+    !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
@@ -155,7 +157,7 @@ contains
   end subroutine divide_points
 
   !> Finds n_clusters clusters, or, with n_clusters = 0, the number with the best separated clusters. Local, with the same result on
-  !> every rank.
+  !> every rank. Errors: those of find_medoids.
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters

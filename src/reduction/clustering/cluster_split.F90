@@ -85,7 +85,7 @@ contains
   end subroutine restore_forest
 
   !> Halves a cluster by the principal angles between the POD modes of its cells. The division gets cells and labels if it has none.
-  !> A snapshot that was added to the grid goes to the half of the cell that contains its point.
+  !> A snapshot that was added to the grid goes to the half of the cell that contains its point. Collective on division%comm.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots

@@ -195,7 +195,8 @@ contains
     values(anchors%rows, :) = own
   end subroutine close_anchors
 
-  !> Sets data%scale, the scale of the unknowns of the anchors, from the compliance of the first body at its first node.
+  !> Sets data%scale, the scale of the unknowns of the anchors, to the mean size of the diagonal entries of a body's compliance, if
+  !> this is above 0. Does nothing without anchors, or after the first factorization, that is, after the first node of each body.
   pure subroutine set_scale(anchors, compliance, data)
     type(anchors_t), intent(in) :: anchors
     real(rk), intent(in) :: compliance(:, :)

@@ -149,7 +149,8 @@ contains
     end associate
   end subroutine move_all_dofs
 
-  !> Computes K_q V and V'K_q V of all bodies for each part K_q of the stiffness at mu_0. Collective.
+  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0. Changes the
+  !> stiffness of the team. Collective on all ranks.
   subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -213,7 +214,8 @@ contains
     end associate
   end subroutine take_part
 
-  !> Computes the work of loads and contact forces on the modes, and the residuals, of all bodies. Collective on all ranks.
+  !> Sets loads, contact and residuals of data%modes(:), and data%middle_compliance where the data have no bound. Collective on all
+  !> ranks.
   subroutine measure_modes(team, responses, bases, forces, data, ierr)
     type(team_t), intent(inout) :: team
     !> responses at mu_0; the stiffness of the team must be that of mu_0, too

@@ -21,7 +21,8 @@ module sig_held_modes
 
 contains
 
-  !> Computes as many modes as reduction.pod_tolerance asks for. Collective on all ranks, with the same result on each.
+  !> Computes the POD modes of one body, as many as reduction.pod_tolerance asks for, from the snapshots without lifting and free
+  !> rigid motions. Collective on all ranks, with the same result on each.
   subroutine find_held_modes(problem, system, snapshots, dofs, lifting, lifted_terms, modes, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(in) :: system

@@ -53,6 +53,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     !> allow displacement modes; the snapshots must then have displacements
     logical, intent(in) :: may_have_modes
+    !> the model; not allocated after an error
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

@@ -98,16 +98,19 @@ contains
   end function widest_place
 
   !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body are
-  !> those of node i_node, or those of `places` where i_node is larger than n_nodes. Collective.
+  !> those of node i_node, or those of `places` where i_node is larger than n_nodes. Changes `joined` and the stiffness of the team.
+  !> Collective on the ranks of the team. Errors: the stiffness could not be factored.
   subroutine solve_at(problem, team, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(inout) :: joined
+    !> value of the variable of each body with has_identity
     real(rk), intent(in) :: places(:)
     integer, intent(in) :: i_node
+    !> largest number of nodes of these bodies
     integer, intent(in) :: n_nodes
     class(interpolated_data_t), intent(inout) :: data
-    !> [length] rows of this rank
+    !> [length] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
     real(rk), allocatable, intent(out) :: columns(:, :)
     type(anchors_t), intent(out) :: anchors
     type(error_t), allocatable, intent(out) :: error
@@ -164,7 +167,8 @@ contains
     end do
   end subroutine add_weighted
 
-  !> Fills the bounds of the bodies. The stiffness of the team must be that of the places. Collective on all ranks.
+  !> Fills data%bodies(:)%bound of the bodies with has_identity. Requires: the stiffness of the team is that of the places.
+  !> Collective on all ranks.
   subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

@@ -35,8 +35,8 @@ module sig_tied_training
 
 contains
 
-  !> Trains the model, unless the rows that change need too much memory or the tied stiffness cannot be factored. Collective on all
-  !> ranks, with the same result on each.
+  !> Trains the model, unless the rows that change need too much memory or the tied stiffness cannot be factored. Warns where the
+  !> deck asks for displacement modes, which this model does not have. Collective on all ranks, with the same result on each.
   !>
   !> Errors: those of group_sets.
   subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
@@ -73,7 +73,8 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_tied
 
-  !> Divides the training points into 1, 2, 4, ... clusters, until the memory that they need is allowed. Local.
+  !> Divides the training points into 1, 2, 4, ... up to 16 clusters, until reduction.max_full_order_size allows the memory that
+  !> they need. Local. Errors: those of group_sets.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)

@@ -20,8 +20,8 @@ module sig_training_domain
 
 contains
 
-  !> Builds the reduced integration domain. With automatic zones of interest, and where the domain has no contact row, more contact
-  !> rows are added: rows that are closed in snapshots (lacking_rows).
+  !> Builds the reduced integration domain. With automatic zones of interest, or if the domain has no contact row, more contact rows
+  !> may be added: rows that are closed in snapshots (lacking_rows).
   !>
   !> Errors: the mesh lacks a boundary of the deck; no node lies in a window.
   subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)

@@ -97,8 +97,8 @@ contains
     if (i_hooke == 2) kind = shear_modulus
   end function modulus_kind
 
-  !> Computes how many modes the equations can determine. Where the stiffness depends on the parameters, every dof of A counts,
-  !> because snapshots of another stiffness are not in equilibrium.
+  !> Sets cluster%primal_rank_expected, the number of modes that the equations can determine. Where the stiffness depends on the
+  !> parameters, every dof of A counts, because snapshots of another stiffness are not in equilibrium.
   subroutine count_equations(problem, domain, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -161,6 +161,7 @@ contains
     !> the chosen hats
     type(hat_set_t), intent(in) :: hats
     type(reduced_domain_t), intent(in) :: domain
+    !> number of modes before the first hat
     integer, intent(in) :: n_pod_columns
     type(hhr_data_t), intent(inout) :: cluster
     integer :: i
