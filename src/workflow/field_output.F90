@@ -47,7 +47,7 @@ module sig_field_output
 contains
 
   !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf. Points that did not
-  !> converge are written, too, with the last values of the solver; solved%states has the reasons. Collective on all ranks. A signal
+  !> converge are written, too, with what the solver returned; solved%states has the reasons. Collective on all ranks. A signal
   !> ends it after the current points, and then nothing is written.
   !>
   !> Errors: the solver does not use one of its PETSc options; a file cannot be written.

@@ -103,8 +103,8 @@ contains
     end do
   end subroutine leave_out
 
-  !> Returns why no further point is chosen: `candidates` (none is left, or all indicators are at most 1e-13), `tolerance` or
-  !> `max_points`; empty if one may be chosen.
+  !> Returns why no further point is chosen: `tolerance`, `candidates` (none is left, or all indicators are at most 1e-13 and the
+  !> deck has no tolerance), or `max_points`; empty if one may be chosen.
   pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
     !> number of points so far

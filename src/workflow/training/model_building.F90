@@ -41,7 +41,7 @@ contains
 
   !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
   !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. A hyper-reduced model has a
-  !> fallback where one is possible; otherwise its answers get certificates, if the stiffness is fixed and certificate.max_error is
+  !> fallback where one is possible; otherwise add_certificates is called, if the stiffness is fixed and certificate.max_error is
   !> not 0. Collective on all ranks; each rank gets the same model. There is no model if refinement%is_stopped.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
