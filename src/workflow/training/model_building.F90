@@ -41,8 +41,9 @@ contains
 
   !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
   !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. A hyper-reduced model has a
-  !> fallback where one is possible; otherwise add_certificates is called, if the stiffness is fixed and certificate.max_error is
-  !> not 0. Collective on all ranks; each rank gets the same model. There is no model if refinement%is_stopped.
+  !> fallback where one is possible; otherwise add_certificates adds data for bounds of errors, if the stiffness is fixed and
+  !> certificate.max_error is not 0. Collective on all ranks; each rank gets the same model. There is no model if
+  !> refinement%is_stopped.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
   !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
