@@ -115,7 +115,7 @@ contains
     self%relative_displacement_bound = no_bound
   end subroutine start
 
-  !> Makes an array of n zeros.
+  !> Gives an array the size n and sets it to zero; it is allocated again only if its size differs.
   pure subroutine resize(values, n)
     real(rk), allocatable, intent(inout) :: values(:)
     integer, intent(in) :: n
@@ -127,8 +127,8 @@ contains
     values = 0
   end subroutine resize
 
-  !> Takes the result of a solved complementarity problem: reason, residual and the given method. Adds its number of iterations.
-  !> n_solutions becomes 1, or 0 without a solution.
+  !> Takes reason and residual of a solved complementarity problem and the given method, and adds its number of iterations.
+  !> n_solutions becomes 1, or 0 without a solution. The forces are not taken.
   pure subroutine take_solution(self, solution, method)
     class(answer_t), intent(inout) :: self
     type(lcp_solution_t), intent(in) :: solution

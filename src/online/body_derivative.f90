@@ -52,7 +52,7 @@ contains
       variable_change(constants, changes, body%denominators > 0, body%is_logarithmic), self%weight_changes)
   end subroutine create
 
-  !> Computes the interpolated constants and their changes.
+  !> Computes the interpolated constants of a body and their changes, to first order, for a change of the terms.
   pure subroutine find_constants(body, theta, theta_change, constants, changes)
     type(body_response_t), intent(in) :: body
     real(rk), intent(in) :: theta(:)
@@ -90,7 +90,7 @@ contains
     call add_prescribed(self, body%prescribed_opening, self%theta(:n_driving), self%theta_change(:n_driving), opening)
   end subroutine add_opening
 
-  !> Adds the change of (1/s) M x.
+  !> Adds the change of (1/s) M x to y.
   subroutine add_change(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
     !> M at the nodes, column by column; shape (size(y) * size(x), n_nodes)
@@ -103,7 +103,7 @@ contains
     call add_interpolated(columns, self%weights, (x_change - self%relative_change * x) / self%modulus_ratio, y)
   end subroutine add_change
 
-  !> Adds the change of M x, where M does not depend on s.
+  !> Adds the change of M x to y, where M does not depend on s.
   subroutine add_prescribed(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: columns(:, :)
@@ -115,7 +115,7 @@ contains
     call add_interpolated(columns, self%weights, x_change, y)
   end subroutine add_prescribed
 
-  !> y = y + M(weights) x.
+  !> Computes y = y + M x, where M is the sum of `columns` times `weights` over the nodes.
   subroutine add_interpolated(columns, weights, x, y)
     real(rk), contiguous, intent(in) :: columns(:, :)
     real(rk), contiguous, intent(in) :: weights(:)

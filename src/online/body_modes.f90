@@ -192,9 +192,12 @@ contains
   !> Returns an upper bound [sqrt(force*length)] of |r| in the norm of K^-1.
   real(rk) function size_of_residual(self, ratios, theta, forces, place) result(residual)
     type(body_modes_t), intent(in) :: self
+    !> [-] k_q from part_ratios
     real(rk), intent(in) :: ratios(:)
     real(rk), intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
+    !> coordinates of liftings and modes
     real(rk), intent(in) :: place(:)
     real(rk) :: coefficients(size(self%residuals, 2)), reduced(size(self%residuals, 1))
     integer :: i, n

@@ -261,7 +261,7 @@ contains
     end do
   end function sum_of_row
 
-  !> Adds (loaded / s + prescribed) theta, with both matrices interpolated.
+  !> Adds (loaded / s + prescribed) theta to `values`, with both matrices interpolated.
   subroutine add_driven(self, loaded, prescribed, theta, values)
     class(body_response_t), intent(in) :: self
     !> shape (size(values) * n_driving_terms, n_nodes)

@@ -119,7 +119,7 @@ contains
     code = code_ok
   end function signorom_get_displacement_gradient_at
 
-  !> Whether each of the nodes has a derivative of its displacement; the message says so where one has none.
+  !> Whether each of the nodes has a derivative of its displacement; otherwise the message of the context says that one has none.
   logical function all_have_displacements(handle, nodes)
     type(context_handle_t), intent(inout) :: handle
     !> node numbers, 0-based

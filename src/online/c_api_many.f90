@@ -160,9 +160,11 @@ contains
     call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
   end subroutine ask_all
 
-  !> Writes the last answer to the entries of one point.
+  !> Writes forces, resultants and displacements of the last answer to those arrays of the caller that are given, at point i.
+  !> Without an answer the forces and the displacements are `blank`, and the resultants are those of such forces.
   subroutine fill_targets(handle, i, blank, targets)
     type(context_handle_t), intent(inout) :: handle
+    !> number of the point, 1-based
     integer, intent(in) :: i
     real(rk), intent(in) :: blank
     type(targets_t), intent(inout) :: targets
@@ -183,7 +185,7 @@ contains
     if (associated(targets%displacement)) call fill_nodes(handle, blank, targets%nodes, targets%displacement(:, :, i))
   end subroutine fill_targets
 
-  !> Gives the displacement of the chosen nodes in the last answer.
+  !> Computes the displacement of the chosen nodes in the last answer.
   subroutine fill_nodes(handle, blank, nodes, displacement)
     type(context_handle_t), intent(in) :: handle
     !> value for nodes without displacement

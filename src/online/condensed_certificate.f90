@@ -53,7 +53,7 @@ contains
   end function is_valid
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
-  !> forces that do not balance the loads.
+  !> forces that do not balance the loads on bodies that only contact holds.
   real(rk) function energy(self, data, theta, multipliers, opening)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with

@@ -12,7 +12,7 @@ module sig_condensed_displacement
 
 contains
 
-  !> Computes the displacement of all dofs; it is NaN where the model has none.
+  !> Computes the displacement of all dofs; it is NaN for dofs of which the model has none.
   subroutine fill_condensed_displacement(data, theta, unknowns, displacement)
     class(condensed_data_t), intent(in) :: data
     !> values of the model's terms, shape (n_terms)

@@ -121,8 +121,9 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Computes the contact fields (multipliers to cell_contact of this type) from self%displacement and the multipliers: opening,
-  !> force, pressure, gap and status. Requires: take_displacement.
+  !> Computes the contact fields from self%displacement and the multipliers: the opening of each row, contact force, contact
+  !> pressure, gap and status of each node, and the status of each cell. It also copies the multipliers. Requires:
+  !> take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map

@@ -75,6 +75,7 @@ contains
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages
     character(*), intent(in) :: path
+    !> names of the model's parameters
     type(string_t), intent(in) :: parameter_names(:)
     type(field_map_t), intent(inout) :: map
     type(error_t), allocatable, intent(inout) :: error
@@ -156,7 +157,7 @@ contains
       are_indices(map%imposed_terms, n_terms) .and. is_matrix(map%imposed, n_stresses, size(map%imposed_rows))
   end function strain_map_fits
 
-  !> Whether the lists follow one another and end with n entries.
+  !> Whether `starts` divides n entries into lists: it begins with 0, never decreases and ends with n.
   pure logical function are_lists(starts, n)
     integer, intent(in) :: starts(:)
     integer, intent(in) :: n
@@ -167,7 +168,7 @@ contains
       all(starts(2:) >= starts(:size(starts) - 1))
   end function are_lists
 
-  !> Whether each list is as long as an element of this dimension has nodes.
+  !> Whether each of the lists that `starts` describes has as many entries as some element type of this dimension has nodes.
   pure logical function are_elements(starts, n_dim)
     integer, intent(in) :: starts(:)
     integer, intent(in) :: n_dim
@@ -176,7 +177,8 @@ contains
     are_elements = all([(element_type_with(n_dim, starts(i + 1) - starts(i)) > 0, i=1, size(starts) - 1)])
   end function are_elements
 
-  !> Whether the rows consist of whole nodes, with an owner each.
+  !> Whether the contact rows fit the model: there are n_multipliers of them, each consists of whole nodes (all dofs of a node in
+  !> order), and each has an owner, whose coefficients are not all zero.
   pure logical function rows_fit(rows, n_dofs, n_multipliers)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_dofs

@@ -72,17 +72,17 @@ contains
     call terms%destroy()
   end subroutine fill_from
 
-  !> Computes the active sets of one cluster's answers.
+  !> Computes the active sets of one cluster's answers at all training points.
   subroutine answer_points(part, terms, points, is_closed, judge, sets)
-    !> the part, after prepare
+    !> the part, after prepare; its start_sets are overwritten
     type(reduced_hhr_t), intent(inout) :: part
     type(term_values_t), intent(inout) :: terms
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> shape (n_multipliers, n_points)
+    !> result of find_closed, shape (n_multipliers, n_points)
     logical, intent(in) :: is_closed(:, :)
     class(reduced_t), pointer, intent(in) :: judge
-    !> shape (n_words(n_rows), n_points)
+    !> active sets as bits (pack_bits), shape (n_words(n_rows), n_points)
     integer, allocatable, intent(out) :: sets(:, :)
     class(room_t), allocatable :: room
     type(answer_t) :: answer

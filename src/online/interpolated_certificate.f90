@@ -38,7 +38,7 @@ contains
   !> Whether forces balance the loads on bodies that only contact holds, except for rounding.
   logical function are_balanced(data, free_opening, forces)
     class(interpolated_data_t), intent(in) :: data
-    !> q; its rows of the anchors hold the work of the loads
+    !> q; its rows of the anchors hold the work of the loads times `scale`
     real(rk), intent(in) :: free_opening(:)
     real(rk), intent(in) :: forces(:)
     real(rk) :: work(size(forces), size(data%anchors))

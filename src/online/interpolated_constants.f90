@@ -53,6 +53,7 @@ contains
 
   !> Returns the elastic constant [-] of an interpolation variable: the inverse of to_variable.
   elemental real(rk) function to_constant(variable, is_ratio_of_moduli, is_logarithmic) result(constant)
+    !> [-] result of to_variable
     real(rk), intent(in) :: variable
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_logarithmic

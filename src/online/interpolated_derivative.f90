@@ -53,7 +53,7 @@ contains
     end do
   end subroutine differentiate_interpolated
 
-  !> Computes the changes of the mode coordinates of all bodies.
+  !> Computes the changes of the mode coordinates of all bodies, one body after the other, for given changes of terms and unknowns.
   subroutine change_modes(data, theta, theta_change, coordinates, unknown_change, changes)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -96,7 +96,8 @@ contains
     end do
   end function mode_displacement_change
 
-  !> Returns the sum of the absolute values [length] of the parts of q, body by body.
+  !> Returns for each row the sum of the absolute values [length] of what q is the sum of: gaps term by term, and the part of each
+  !> body; for an anchor the forces term by term, times `scale`.
   function opening_terms(data, theta) result(terms)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -114,7 +115,7 @@ contains
     terms(data%anchors) = data%scale * matmul(abs(data%anchor_forces), abs(theta))
   end function opening_terms
 
-  !> Computes the change of W z + q for constant z.
+  !> Computes the change, to first order, of W z + q for constant z and a given change of the terms.
   subroutine change_opening(data, theta, theta_change, unknowns, opening)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)

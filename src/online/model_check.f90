@@ -89,7 +89,8 @@ contains
     if (.not. is_side(model%second_side, 0, model%n_multipliers, model%n_dim)) name = 'contact/second'
   end function find_contact_mismatch
 
-  !> Whether the lists of nodes follow one another and have their coordinates.
+  !> Whether each contact has a list of at least n_least nodes, the lists follow one another, and all nodes have finite weights and
+  !> coordinates.
   pure logical function is_side(side, n_least, n_multipliers, n_dim)
     type(contact_side_t), intent(in) :: side
     !> least number of nodes of each contact

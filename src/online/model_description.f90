@@ -40,7 +40,7 @@ contains
     text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
   end function parameter_lines
 
-  !> Returns the line that tells how a cluster is chosen.
+  !> Returns the line that tells how many clusters there are and how one is chosen; empty for one cluster.
   pure function choice_line(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -64,7 +64,8 @@ contains
       line('prescribed values', model%dirichlet)
   end function size_lines
 
-  !> Returns the entries of the deck's contact section with the numbers that `predict` gives them.
+  !> Returns a line for each entry of the deck's contact section: the number that `predict` gives it, its surfaces, and its number
+  !> of contacts.
   pure function contact_lines(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text

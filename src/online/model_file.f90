@@ -239,7 +239,8 @@ contains
     model%box(2, :) = maximum(:size(model%box, 2))
   end subroutine read_parameters
 
-  !> Reads the parts. The file says for each part of which kind it is.
+  !> Reads the parts, whose number is known from read_header. The file says of which kind each part is. Errors: a kind is unknown,
+  !> or a dataset is missing, or has another type or rank.
   subroutine read_parts(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path

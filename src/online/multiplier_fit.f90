@@ -62,7 +62,7 @@ module sig_multiplier_fit
 
 contains
 
-  !> Computes the parts of the fit that do not depend on the point. There are no errors.
+  !> Computes from the snapshots of a cluster what does not depend on the point. There are no errors.
   subroutine prepare(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -102,9 +102,10 @@ contains
   end subroutine measure_outside
 
   !> Computes the multipliers of all contacts from those of the domain. If no row of the domain has a force, the rows outside of it
-  !> have none either. The multipliers of the domain are copied. Only if only contact holds a body, all forces, also those of the
-  !> domain, are replaced by the nearest ones that balance the loads; if no such forces are found, the forces stay. The coefficients
-  !> of the combination are in `workspace` afterwards.
+  !> have none either. Rows outside of it that are open by the reduced displacement get no force (release), but in models that need
+  !> the whole combination they keep it. The multipliers of the domain stay as they are, with one exception: if only contact holds a
+  !> body, all forces are replaced by the nearest ones that balance the loads, or stay if there are none. The coefficients of the
+  !> combination are in `workspace` afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> the data that prepare was called with
@@ -240,7 +241,7 @@ contains
     allocate (workspace%forces(self%n_rows), workspace%opening(n_multipliers))
   end subroutine reserve
 
-  !> Returns 1 / Frobenius norm; 1 for a block of zeros.
+  !> Returns 1 / Frobenius norm of a matrix; 1 for a matrix of zeros.
   pure function inverse_size(block) result(scale)
     real(rk), intent(in) :: block(:, :)
     real(rk) :: scale

@@ -173,7 +173,8 @@ contains
     is_certain = online%model%max_error <= 0 .or. answer%relative_bound <= online%model%max_error
   end function is_certain
 
-  !> Bounds the answer's error, by the part itself or by the fallback.
+  !> Bounds the answer's error by the part that answered. If this part cannot, the fallback does it, provided that the model has a
+  !> limit (max_error > 0); otherwise there is no bound. For a bound the forces of all contacts are set.
   subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

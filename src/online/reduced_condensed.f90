@@ -172,7 +172,7 @@ contains
     end associate
   end subroutine solve_transformed
 
-  !> Solves by the methods for any problem, with a new factorization of W.
+  !> Solves the whole problem by solve_lcp, with factorizations of parts of W, from the active set in room%start.
   subroutine solve_whole(self, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     type(condensed_room_t), intent(inout) :: room

@@ -150,7 +150,8 @@ contains
     if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
   end subroutine solve_varying
 
-  !> Starts from the active sets of two training points; without these sets from the rows that penetrate.
+  !> Solves from the active set of the nearest training point; without this set from the rows that penetrate without contact forces.
+  !> If there is an answer, and the set of near%opposite differs, looks for a second solution from that set.
   subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     !> system whose response is in the room
@@ -238,7 +239,7 @@ contains
     end select
   end subroutine fill_multipliers
 
-  !> Computes u = lifting theta + basis gamma, with the lifted terms.
+  !> Computes the displacement [length] of all dofs, u = lifting theta' + basis gamma, with the lifted terms theta'.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_hhr_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -133,7 +133,7 @@ contains
       is_matrix(self%unit_imbalances, moments_of(n_dim), n)
   end function fits
 
-  !> Returns the number of components of a moment; n_dim from a file may have any value.
+  !> Returns the number of components of a moment: 3 if n_dim is 3, else 1, as n_dim from a file may have any value.
   pure integer function moments_of(n_dim)
     integer, intent(in) :: n_dim
 
