@@ -9,7 +9,7 @@ module sig_bits
 
 contains
 
-  !> Returns the number of integers ("words") for n_flags flags.
+  !> Returns the number of integers ("words") that keep n_flags flags as bits.
   elemental integer function n_words(n_flags)
     integer, intent(in) :: n_flags
 

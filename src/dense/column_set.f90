@@ -111,7 +111,8 @@ contains
     a = turned
   end subroutine rotate
 
-  !> Computes the coefficients of the combination of the columns that is nearest to b, and the residual: b minus this combination.
+  !> Computes the coefficients of the combination of the set's columns that is nearest to b (least squares), and the residual: b
+  !> minus this combination. For an empty set the residual is b.
   subroutine solve(self, rhs, solution, residual)
     class(column_set_t), intent(in) :: self
     !> b, shape (n_rows)

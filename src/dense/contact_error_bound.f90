@@ -40,8 +40,8 @@ contains
     self%is_valid = info == 0
   end subroutine create
 
-  !> [sqrt(force*length)] Returns an upper bound of |e|, e = lambda_r - lambda, in the norm of W. This is the energy norm of the
-  !> displacement that the forces e cause.
+  !> [sqrt(force*length)] Returns an upper bound of |e|, e = lambda_r - lambda, in the norm of W, for approximate forces lambda_r
+  !> and the exact ones lambda. This is the energy norm of the displacement that the forces e cause.
   !>
   !> Let w = W lambda_r + q, let S be any set of rows, and let rho be any vector with rho = w on S and rho <= w elsewhere. Because
   !> lambda_r, lambda and W lambda + q are not negative and lambda' (W lambda + q) = 0: e' W e <= e' w <= e' rho + c, where c is the

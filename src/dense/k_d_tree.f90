@@ -74,8 +74,8 @@ contains
     call arrange(self, middle + 1, hi)
   end subroutine arrange
 
-  !> Sorts the points lo..hi partly (quickselect). Afterwards, no point of lo..middle-1 has a larger coordinate than the middle one,
-  !> and no point of middle+1..hi a smaller one.
+  !> Sorts the points lo..hi partly along an axis (quickselect). Afterwards, no point of lo..middle-1 has a larger coordinate than
+  !> the middle one, and no point of middle+1..hi a smaller one.
   pure subroutine select_middle(self, axis, lo, middle, hi)
     class(k_d_tree_t), intent(inout) :: self
     integer, intent(in) :: axis, lo, middle, hi

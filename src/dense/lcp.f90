@@ -261,8 +261,8 @@ contains
     solution%is_active = solution%lambda > 0
   end subroutine finish
 
-  !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the terms of
-  !> its row, with w = W lambda + q.
+  !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the absolute
+  !> values of the terms of its row, with w = W lambda + q.
   pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

@@ -12,8 +12,9 @@ module sig_lcp_active_set
 
 contains
 
-  !> Runs from a given set until no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of
-  !> steps is max(usual_sets, n + 1). Requires: workspace%reserve, and workspace%is_symmetric is set.
+  !> Runs the primal-dual active set method for lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. It starts from a given set and
+  !> ends when no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of steps is
+  !> max(usual_sets, n + 1). Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)

@@ -31,8 +31,9 @@ module sig_lcp_derivative
 
 contains
 
-  !> Computes the derivatives of z and w in some directions. Where the matrix of the active rows is singular, or the problem of the
-  !> grazing rows has no solution, derivative%is_singular is true and the derivatives are of no use.
+  !> Computes the derivatives dz and dw of the solution of z >= 0, w = W z + q >= 0, z' w = 0 for some changes of W and q. Where the
+  !> matrix of the active rows is singular, or the problem of the grazing rows has no solution, derivative%is_singular is true and
+  !> the derivatives are of no use.
   subroutine differentiate_lcp(matrix, q, terms, z, changes, derivative)
     !> W, shape (n, n)
     real(rk), contiguous, intent(in) :: matrix(:, :)

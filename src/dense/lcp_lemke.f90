@@ -18,13 +18,15 @@ module sig_lcp_lemke
 
 contains
 
-  !> Follows the path from w = q + d z0 to z0 = 0, where the problem is solved, or to a ray, where the method has no answer.
+  !> Solves lambda >= 0, w = W lambda + q >= 0, lambda' w = 0 by Lemke's method. It follows the path from w = q + d z0, with one
+  !> more unknown z0, to z0 = 0, where the problem is solved, or to a ray, where the method has no answer. It makes at most 20 n +
+  !> 100 pivots.
   !>
   !> Source: Lemke, Management Science 11 (1965) 681; Cottle, Pang, Stone, The linear complementarity problem, section 4.4.
   !> Requires: at least one q < 0; the covering vector d > 0 in workspace%covering; reserve_tableau. The data are scaled inside, so
   !> units do not matter.
   subroutine run_lemke(matrix, q, workspace, is_active, reason, n_iterations)
-    !> shape (n, n)
+    !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)

@@ -84,7 +84,7 @@ module sig_lcp_types
 
 contains
 
-  !> Makes room for n unknowns; keeps the arrays where they are large enough.
+  !> Allocates the arrays for n unknowns. Arrays that are large enough stay as they are; others lose their contents.
   pure subroutine reserve(self, n)
     class(lcp_workspace_t), intent(inout) :: self
     integer, intent(in) :: n
@@ -99,7 +99,7 @@ contains
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
 
-  !> Makes room for Lemke's method, which few problems need. Requires: reserve.
+  !> Allocates the arrays of Lemke's method, which few problems need. Requires: reserve.
   pure subroutine reserve_tableau(self)
     class(lcp_workspace_t), intent(inout) :: self
 

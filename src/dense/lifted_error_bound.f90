@@ -151,8 +151,9 @@ contains
     end if
   end subroutine solve_damped
 
-  !> [sqrt(force*length)] Returns an upper bound of |lambda_r - lambda| in the norm of W. For any rho <= w it is d/2 + sqrt(d^2/4 +
-  !> s), where d = |v| and s is the sum of lambda_r (w - rho).
+  !> [sqrt(force*length)] Returns an upper bound of |lambda_r - lambda| in the norm of W, for approximate forces lambda_r and the
+  !> exact ones lambda. For any rho <= w it is d/2 + sqrt(d^2/4 + s), where d = |v| in the norm of K for a displacement v with B v =
+  !> rho, and s is the sum of lambda_r (w - rho).
   !>
   !> The smaller one of two bounds is returned. In the first, rho is w on rows with a force, and min(w, 0) elsewhere. In the second,
   !> the rows S are those that the primal-dual active set method would close next. The lift moves only these rows, so that v is the

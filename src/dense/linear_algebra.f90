@@ -34,7 +34,7 @@ module sig_linear_algebra
 
 contains
 
-  !> Factors a square matrix. Where is_singular is true afterwards, `solve` must not be called.
+  !> Factors a square matrix. Where is_singular is true afterwards (singular or not finite), `solve` must not be called.
   subroutine lu_factor(self, a)
     class(lu_t), intent(inout) :: self
     !> shape (n, n)
@@ -58,7 +58,7 @@ contains
     self%is_singular = .not. self%reciprocal_condition > singular_reciprocal
   end subroutine lu_factor
 
-  !> Returns x = A^-1 b.
+  !> Returns x = A^-1 b. Requires: `factor`, and is_singular is false.
   function lu_solve_vector(self, b) result(x)
     class(lu_t), intent(in) :: self
     !> shape (n)
@@ -70,7 +70,7 @@ contains
     call solve_lu(self%n, self%factors, self%pivots, x)
   end function lu_solve_vector
 
-  !> Returns X = A^-1 B.
+  !> Returns X = A^-1 B. Requires: `factor`, and is_singular is false.
   function lu_solve_matrix(self, b) result(x)
     class(lu_t), intent(in) :: self
     !> shape (n, m)
@@ -82,7 +82,7 @@ contains
     call solve_lu(self%n, self%factors, self%pivots, x)
   end function lu_solve_matrix
 
-  !> Solves a x = b. Where the matrix is numerically singular, is_singular is true and x is zero.
+  !> Solves a x = b. Where the matrix is numerically singular or not finite, is_singular is true and x is zero.
   subroutine solve_dense_vector(a, b, x, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)
@@ -99,7 +99,7 @@ contains
     if (.not. is_singular) x = lu%solve(b)
   end subroutine solve_dense_vector
 
-  !> Solves a X = B. Where the matrix is numerically singular, is_singular is true and X is zero.
+  !> Solves a X = B. Where the matrix is numerically singular or not finite, is_singular is true and X is zero.
   subroutine solve_dense_matrix(a, b, x, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)
@@ -116,7 +116,8 @@ contains
     if (.not. is_singular) x = lu%solve(b)
   end subroutine solve_dense_matrix
 
-  !> Computes the inverse of a square matrix. Where the matrix is numerically singular, is_singular is true and the inverse is zero.
+  !> Computes the inverse of a square matrix. Where the matrix is numerically singular or not finite, is_singular is true and the
+  !> inverse is zero.
   subroutine invert(a, inverse, is_singular)
     !> shape (n, n)
     real(rk), intent(in) :: a(:, :)

@@ -15,8 +15,9 @@ module sig_pivot_transform
 
 contains
 
-  !> Computes the matrix M of the transformed problem for a set A. For an empty set it is W. Where W_AA is numerically singular,
-  !> is_singular is true and M is not defined.
+  !> Computes the matrix M of the problem w = W z + q after w_A and z_A of a set A have exchanged their places: M = [W_AA^-1,
+  !> -W_AA^-1 W_AI; W_IA W_AA^-1, W_II - W_IA W_AA^-1 W_AI], with rows and columns in their old order. For an empty set it is W.
+  !> Where W_AA is numerically singular, is_singular is true and M is not defined.
   subroutine transform_matrix(matrix, is_in_set, transform, is_singular)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -50,10 +51,10 @@ contains
     transform(a, rest) = block
   end subroutine transform_matrix
 
-  !> Replaces vectors q of the problem, one per column, by those of the transformed problem: -W_AA^-1 q_A and q_I - W_IA W_AA^-1
-  !> q_A.
+  !> Replaces vectors q of the problem w = W z + q, one per column, by those after w_A and z_A have exchanged their places: -W_AA^-1
+  !> q_A in A, and q_I - W_IA W_AA^-1 q_A in the other rows I.
   subroutine transform_columns(transform, is_in_set, columns)
-    !> M of the set, shape (n, n)
+    !> M of the set, from transform_matrix, shape (n, n)
     real(rk), intent(in) :: transform(:, :)
     !> A, shape (n)
     logical, intent(in) :: is_in_set(:)
