@@ -86,8 +86,8 @@ contains
     rows%contact_entry = contact_entry
   end subroutine create_contact_rows
 
-  !> Divides the rows into those with a multiplier and inert ones, all of whose displacements are prescribed. Inert rows have no
-  !> multiplier, and only their gaps are checked.
+  !> Divides the rows into those with a multiplier and inert ones, whose displacements are all prescribed (except where the
+  !> coefficient is rounding). Inert rows have no multiplier, and only their gaps are checked.
   pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
     type(contact_rows_t), intent(in) :: all_rows
     !> whether each natural dof is prescribed, shape (n_dofs)
@@ -122,7 +122,7 @@ contains
     end do
   end function apply
 
-  !> Returns B' lambda, the contact forces on every dof that the stiffness of the bodies balances.
+  !> Returns B' lambda of K u + B' lambda = F. The contact forces that act on the dofs are its opposite.
   pure function apply_transpose(self, multipliers, n_dofs) result(forces)
     class(contact_rows_t), intent(in) :: self
     !> [force] shape (n_rows)

@@ -41,8 +41,8 @@ contains
 
   !> Returns the contact pressure at each node. The pressure of a row is its multiplier over its area, or 0 if the area is not
   !> positive. An owner has the pressure for which the sum of share times pressure over the first side of its row is the pressure of
-  !> the row. Any other node of a second side has the mean pressure of its rows, weighted by area times size of its share. All other
-  !> nodes have 0.
+  !> the row; in this sum a further node has the pressure of its own row, or of this row if it owns none. Any other node of a second
+  !> side has the mean pressure of its rows, weighted by area times size of its share. All other nodes have 0.
   pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
@@ -70,8 +70,8 @@ contains
   end function nodal_pressures
 
   !> Returns the gap at each node. An owner has the gap for which the sum of share times gap over the first side of its row is the
-  !> opening of the row (gaps along other normals count with their component along this row's normal). Any other node has the
-  !> smallest opening of the rows that contain it.
+  !> opening of the row; in this sum a further node has the opening of its own row, projected on this row's normal, or that of this
+  !> row if it owns none. Any other node has the smallest opening of the rows that contain it.
   pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
     type(contact_rows_t), intent(in) :: rows
     !> [length] gap of each row after the displacement, shape (n_rows)
@@ -114,10 +114,10 @@ contains
     is_closed = multipliers > least_force(multipliers)
   end function closed_rows
 
-  !> Returns the status of each node by its own row: open or closed for owners, status_none for all other nodes.
+  !> Returns the status of each node by its own row: status_open or status_closed for owners, status_none for all other nodes.
   pure function nodal_status(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> closed_rows, shape (n_rows)
+    !> result of closed_rows, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
@@ -126,11 +126,11 @@ contains
     status(rows%owners()) = merge(status_closed, status_open, is_closed)
   end function nodal_status
 
-  !> Returns the status of each node by all rows that contain it: closed if one of them is closed, else open; status_none without
-  !> rows.
+  !> Returns the status of each node by all rows that contain it: status_closed if one of them is closed, else status_open;
+  !> status_none without rows.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> closed_rows, shape (n_rows)
+    !> result of closed_rows, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)

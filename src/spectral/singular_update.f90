@@ -41,8 +41,8 @@ contains
     space%values = space%values(:n)
   end subroutine keep_largest
 
-  !> Returns the ratio of the largest to the smallest of the min(n_rows, n_columns + 1) singular values of [A, c]; infinite where
-  !> the smallest is zero.
+  !> Returns the ratio of the largest to the smallest of the min(n_rows, n_columns + 1) singular values of [A, c], the matrix A of
+  !> decompose_columns with one more column c; infinite where the smallest is zero.
   !>
   !> The squares of the singular values of [A, c] are the roots x of 1 + sum_i z_i**2 / (d_i**2 - x) = 0. The d_i are the singular
   !> values of A, and z = U' c. Where there are fewer values than rows, there is one more d_i = 0, whose z_i is the length of the
