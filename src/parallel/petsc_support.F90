@@ -234,7 +234,7 @@ contains
     slice_end = i_slice * (n_rows / n_slices) + min(i_slice, modulo(n_rows, n_slices))
   end function slice_end
 
-  !> Sums an array over the ranks in place. Collective on comm.
+  !> Replaces each entry of an array by its sum over the ranks, on all ranks. The size is the same on all ranks. Collective on comm.
   subroutine sum_vector(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: values(:)
@@ -243,7 +243,8 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
   end subroutine sum_vector
 
-  !> Sums an array over the ranks in place. Collective on comm.
+  !> Replaces each entry of an array by its sum over the ranks, on all ranks. The shape is the same on all ranks. Collective on
+  !> comm.
   subroutine sum_block(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), contiguous, intent(inout) :: values(:, :)
@@ -252,7 +253,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, values, size(values), MPI_DOUBLE_PRECISION, MPI_SUM, comm, ierr)
   end subroutine sum_block
 
-  !> Takes the largest value over the ranks in place. Collective on comm.
+  !> Replaces a value by the largest one of all ranks, on all ranks. Collective on comm.
   subroutine max_scalar(comm, value, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), intent(inout) :: value
@@ -261,7 +262,7 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_scalar
 
-  !> Takes the largest value of each entry over the ranks in place. Collective on comm.
+  !> Replaces each entry of an array by its largest value of all ranks, on all ranks. Collective on comm.
   subroutine max_block(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), contiguous, intent(inout) :: values(:, :)

@@ -69,7 +69,7 @@ module sig_active_set
 
 contains
 
-  !> Makes the bound form, work vectors and, with multigrid, its levels. If these fail, each `solve` has their reason. Collective.
+  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, levels. If these fail, each `solve` has the reason. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -361,7 +361,7 @@ contains
     next = merge(multipliers >= -noise * force_scale, penetration > noise * length_scale, is_closed)
   end function next_active_set
 
-  !> Sets displacement and multipliers of the state. The multiplier of an open pair, or of one that pulls by rounding, is zero.
+  !> Sets displacement and multipliers of the state. The multiplier of a pair that its is_active calls open, or that pulls, is zero.
   pure subroutine finish_state(form, system, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system

@@ -49,8 +49,9 @@ module sig_bound_form
 
 contains
 
-  !> Makes T and T' K T for a system. Requires: each contact row has a free dof that no other row of its level or of a higher one
-  !> meets; otherwise ierr is set. Collective.
+  !> Makes T and T' K T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound
+  !> of one unknown. Requires: each contact row has a free dof that no other row of its level or of a higher one meets; otherwise
+  !> ierr is set. Collective.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
@@ -269,7 +270,7 @@ contains
     end associate
   end subroutine create_pattern
 
-  !> Computes u = T x in place. Local.
+  !> Computes the displacement u = T x from the unknowns x of the bound form, in place. Local.
   pure subroutine to_displacement(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -286,7 +287,7 @@ contains
     end do
   end subroutine to_displacement
 
-  !> Computes x = T^-1 u in place. Local.
+  !> Computes the unknowns x = T^-1 u of the bound form from the displacement u, in place. Local.
   pure subroutine to_unknowns(self, system, values)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -331,7 +332,7 @@ contains
     values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
   end subroutine reflect
 
-  !> Returns the upper bounds of the bounded unknowns, (D - B u_D) / |B_k| with the prescribed displacements u_D. Local.
+  !> Returns the upper bounds of the unknowns bounded_dofs, (D - B u_D) / |B_k| with the prescribed displacements u_D. Local.
   pure function bounds(self, system, theta)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

@@ -59,8 +59,8 @@ module sig_condensed
 
 contains
 
-  !> Makes the condensed problem with one factorization and n_driving_terms + n_rows solves. If K cannot be factored, `reason` says
-  !> why. Collective.
+  !> Computes the components (G, H, W and D - B G of the condensed problem) with one factorization and n_driving_terms + n_rows
+  !> solves. If K cannot be factored, `reason` says why. Collective.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system

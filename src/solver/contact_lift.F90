@@ -33,8 +33,8 @@ module sig_contact_lift
 
 contains
 
-  !> Computes L and L' K L by a few products with K; they are the same on all ranks. If a row has no side that can move, is_possible
-  !> is false and there is no lift. Collective.
+  !> Computes L and L' K L by a few products with K; they are the same on all ranks. Column k of L is a displacement that closes
+  !> contact row k by 1 and no other row. If a row has no side that can move, is_possible is false and there is no L. Collective.
   subroutine create(self, system, mesh, ierr)
     class(contact_lift_t), intent(out) :: self
     type(contact_system_t), intent(inout) :: system

@@ -125,8 +125,9 @@ contains
     forces = forces - system%rows%apply_transpose(multipliers, size(forces))
   end function balanced_load
 
-  !> Computes the responses to the terms of the prescribed displacements alone, without loads, then to the lifted forces. Sets the
-  !> reason of the linear solver. Collective.
+  !> Computes the displacements under the terms of the prescribed displacements alone, without loads, then under the lifted forces
+  !> (those of imposed strains). Sets the reason of the linear solver: if it is not reason_converged, response is of no use.
+  !> Collective.
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> solver from factor_without_contact

@@ -183,7 +183,7 @@ contains
     logical, intent(in) :: is_closed(:)
     !> amplitudes of the motion, shape (n_free)
     real(rk), intent(in) :: amplitudes(:)
-    !> [length] shape (n_rows)
+    !> [length] opening of each pair, shape (n_rows)
     real(rk), intent(in) :: opening(:)
     real(rk) :: closing(size(is_closed)), reach, shortest
     integer :: k

@@ -164,7 +164,8 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
   end subroutine renew
 
-  !> Estimates how many solves take as long as one factorization; 0 if this is not known. Collective.
+  !> Estimates how many solves take as long as one factorization, at most 1000; 0 if MUMPS has not factored the matrix. Requires:
+  !> factor. Collective.
   subroutine solves_per_factorization(self, n_solves, ierr)
     class(linear_solver_t), intent(in) :: self
     integer, intent(out) :: n_solves

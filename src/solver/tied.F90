@@ -49,8 +49,10 @@ module sig_tied
 
 contains
 
-  !> Computes R, S and the wanted rows of G and -H; they are the same on all ranks of the system. If the tied stiffness cannot be
-  !> factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
+  !> Computes the response of a problem where closed rows are tied and open rows have no force: R and S give the force of each
+  !> closed row and the opening of each other row, G and -H the displacements of the wanted dofs, under the terms and under forces
+  !> on the changing rows. It is the same on all ranks of the system. If the tied stiffness cannot be factored or a solve fails,
+  !> response%reason says so. Requires: no body that only contact holds. Collective.
   subroutine solve_tied(system, status, dofs, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_closed, row_changing or row_open (sig_tied_data) of each row, shape (n_rows)
