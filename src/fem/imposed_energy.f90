@@ -30,7 +30,7 @@ module sig_imposed_energy
 
 contains
 
-  !> Computes the forces and energies of the cells with the present elastic constants of the bodies. Local.
+  !> Computes the forces and energies of imposed strains in some cells, with the present elastic constants of the bodies. Local.
   subroutine create(self, mesh, body, strains, cells)
     class(imposed_energy_t), intent(out) :: self
     type(mesh_t), intent(in) :: mesh
@@ -84,7 +84,8 @@ contains
     end associate
   end subroutine add_cell
 
-  !> Returns -F*' u + 1/2 int eps*' C eps* [force*length, force in the plane] over the cells.
+  !> Returns what the imposed strains add to the strain energy 1/2 u' K u of the cells: -F*' u + 1/2 int eps*' C eps* [force*length,
+  !> force in the plane]; 0 if there are none.
   pure real(rk) function value(self, displacement, theta)
     class(imposed_energy_t), intent(in) :: self
     !> [length] shape (n_dofs)

@@ -58,7 +58,7 @@ module sig_imposed_strain
 
 contains
 
-  !> Whether there is any part.
+  !> Whether there are imposed strains, that is, any part.
   pure logical function are_there(self)
     class(imposed_strains_t), intent(in) :: self
 
@@ -102,7 +102,8 @@ contains
       i=1, size(self%cells))])
   end subroutine restrict
 
-  !> Computes the imposed strains from the values of the terms. Local.
+  !> Computes the imposed strains at all integration points from the values of the terms. If there are none, the arrays of `field`
+  !> are not allocated. Local.
   pure subroutine evaluate(self, mesh, body, theta, field)
     class(imposed_strains_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh

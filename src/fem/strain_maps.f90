@@ -31,7 +31,8 @@ module sig_strain_maps
 
 contains
 
-  !> Creates the maps to the strains of cells and of nodes. Local: every rank computes every cell.
+  !> Creates the maps from nodal displacements to the mean strain of each cell, and to the smoothed strain at each node. Local:
+  !> every rank computes every cell.
   pure subroutine create_strain_maps(mesh, body, imposed, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

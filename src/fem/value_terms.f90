@@ -22,7 +22,8 @@ module sig_value_terms
 contains
 
   !> Splits a value at nodes into parts; the value at a node is their sum. If the value is a sum of products of a function of the
-  !> parameters and a function of the place, each product is one part with one term. Otherwise there is one part, by split_value.
+  !> parameters and a function of the place, each product is one part with one term. Otherwise there is one part: it has term 1 for
+  !> a value without parameters, one term for a value without coordinates, and else one term per node.
   !>
   !> Errors: a function of the place that is not finite at a node.
   subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)

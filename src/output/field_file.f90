@@ -170,8 +170,8 @@ contains
     call note_field(self, name, n_components=1)
   end subroutine add_node_scalar
 
-  !> Adds a field of several numbers per node to the present point; the type says which components are added as zeros. A wrong
-  !> number of values is an error, which close returns.
+  !> Adds a field of several numbers per node to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
+  !> (symmetric tensors). A wrong number of values is an error, which close returns.
   subroutine add_node_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -198,7 +198,8 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true.)
   end subroutine add_cell_scalar
 
-  !> Adds a field of one whole number per cell, e.g. 1 inside a set of cells and 0 outside.
+  !> Adds a field of one whole number per cell to the present point, e.g. 1 inside a set of cells and 0 outside. A wrong number of
+  !> values is an error, which close returns.
   subroutine add_cell_integer(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -212,8 +213,8 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true., is_integer=.true.)
   end subroutine add_cell_integer
 
-  !> Adds a field of several numbers per cell to the present point; the type says which components are added as zeros. A wrong
-  !> number of values is an error, which close returns.
+  !> Adds a field of several numbers per cell to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
+  !> (symmetric tensors). A wrong number of values is an error, which close returns.
   subroutine add_cell_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

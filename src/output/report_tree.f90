@@ -171,6 +171,7 @@ contains
   !> Whether there are keys below entry i.
   pure logical function has_keys(self, i)
     class(report_tree_t), intent(in) :: self
+    !> number of an entry, from `find`
     integer, intent(in) :: i
 
     has_keys = self%entries(i)%i_first > 0

@@ -9,7 +9,8 @@ module sig_latin_hypercube
 
 contains
 
-  !> Returns random points in the unit box. Each parameter has its slices in another random order.
+  !> Returns random points in the unit box. The range of each parameter is cut into n_points slices of equal length, and each slice
+  !> has one point; each parameter has its slices in another random order.
   !>
   !> Source: McKay, Beckman and Conover, Technometrics 21 (1979) 239. The same seed gives the same points.
   function latin_hypercube_points(n_parameters, n_points, seed) result(points)

@@ -49,7 +49,7 @@ contains
   !> Starts a selection without points, which is not finished.
   subroutine start(self, settings, rule, n_parameters)
     class(selection_t), intent(out) :: self
-    !> hash of the settings, as in the type
+    !> hash of all settings on which the choice depends, except for those of its end
     character(16), intent(in) :: settings
     !> indicator, tolerance and largest number of points, as text for people
     character(*), intent(in) :: rule

@@ -26,7 +26,7 @@ module sig_sobol
 
 contains
 
-  !> Returns the first n_points points of the sequence, in Gray-code order. With seed 0 the first point is the origin. Any other
+  !> Returns the first n_points points of Sobol's sequence, in Gray-code order. With seed 0 the first point is the origin. Any other
   !> seed changes the bits of all points by the same random pattern (digital shift): this gives other points, which are as even.
   function sobol_points(n_parameters, n_points, seed) result(points)
     !> 1 to max_sobol_parameters
