@@ -6,7 +6,7 @@
 
 #include <stddef.h>
 
-/* Kinds of what a path leads to. */
+/* Kinds of what a path leads to: nothing, a file, a folder, or something else, such as a device or a pipe. */
 enum sig_file_kind { SIG_NO_FILE = 0, SIG_PLAIN_FILE = 1, SIG_DIRECTORY = 2, SIG_OTHER_FILE = 3 };
 
 /* Returns a value of enum sig_file_kind; links are followed. SIG_NO_FILE also if the path cannot be looked at. */

@@ -49,7 +49,8 @@ int sig_h5_get_image(sig_h5_file *file, size_t size, void *bytes);
 /* Closes the file. The handle is no longer valid, even after a failure. */
 int sig_h5_close(sig_h5_file *file);
 
-/* Writes an array. `values` are double or int, as `type` says; `shape` has `rank` entries, and rank 0 is a scalar. */
+/* Writes an array. `values` are double or int, as `type` says; `shape` has `rank` entries, and rank 0 is a scalar.
+ * SIG_H5_NO_WRITE also where the address exists already. */
 int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type, int rank, const int64_t *shape,
                  const void *values);
 
@@ -62,7 +63,8 @@ int sig_h5_write_rows(sig_h5_file *file, const char *address, size_t length, int
 int sig_h5_write_texts(sig_h5_file *file, const char *address, size_t length, int rank, int64_t n,
                        const char *characters, const int64_t *ends);
 
-/* Returns 1 where the group, dataset or attribute exists, else 0. */
+/* Returns 1 where the group, dataset or attribute exists, else 0. A link and a damaged object exist, too: reading them
+ * fails. */
 int sig_h5_has(sig_h5_file *file, const char *address, size_t length);
 
 /* Gives type and shape of an array. `shape` has room for SIG_H5_MAX_RANK entries; a larger rank returns SIG_H5_NO_READ.

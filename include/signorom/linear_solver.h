@@ -38,8 +38,9 @@ int sig_linear_solver_solves_per_factorization(intptr_t ksp, int *n_solves);
    becomes the preconditioner of conjugate gradients, which fail after max_iterations. */
 int sig_linear_solver_keep_factor(intptr_t ksp, int max_iterations);
 
-/* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels; arrays hold
-   the local rows, shape [n_modes][n_local], and become orthonormal here. */
+/* Gives a matrix the fields that cost it next to no energy, which GAMG must reproduce on its coarse levels. `modes`
+   holds the local rows of at most six fields, shape [n_modes][n_local]; the matrix gets orthonormal combinations of
+   them. */
 int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const double *modes);
 
 /* Solves for n_columns right-hand sides; arrays hold the local rows, shape [n_columns][n_local], solution apart from

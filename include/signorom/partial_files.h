@@ -6,14 +6,14 @@
 
 #include <stddef.h>
 
-/* Notes a file as incomplete from now on. */
+/* Notes a file as incomplete from now on. There is space for 16 files; a file beyond them is not noted. */
 void sig_note_partial_file(const char *name, size_t length);
 
 /* Forgets a file that has its final name now or was removed. A name that was never noted is no error. */
 void sig_forget_partial_file(const char *name, size_t length);
 
-/* The process does not end between these two calls. They protect writes into a file that must stay. Keep the time
- * between them short. */
+/* A process that a signal ends does not end between these two calls, unless the wait of sig_remove_partial_files is
+ * over. They protect writes into a file that must stay. Keep the time between them short. */
 void sig_begin_writing(void);
 void sig_end_writing(void);
 

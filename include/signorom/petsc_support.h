@@ -6,8 +6,10 @@
 #define SIGNOROM_PETSC_SUPPORT_H
 #include <stdint.h>
 
-/* Starts MPI, PETSc and SLEPc without reading the command line. PETSc installs no signal handlers. */
+/* Starts MPI, PETSc and SLEPc without reading the command line. PETSc installs no signal handlers. On several ranks, a
+ * rank that ends by force (signals.h) also ends the others. */
 int sig_petsc_start(void);
+/* Ends SLEPc, PETSc and MPI. Unused options are not reported here (sig_petsc_unused_options). */
 int sig_petsc_end(void);
 
 /* Adds "-name value ..." (null-terminated) to the options database; later calls win. `message` (SIG_MESSAGE_SIZE bytes)
@@ -26,7 +28,7 @@ int sig_library_versions(char *versions, int capacity);
 int sig_has_multigrid_vi(void);
 
 /* Creates a square AIJ matrix on comm (a Fortran handle) with n_local rows per rank, blocks of block_size rows, and
- * room for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
+ * memory for diagonal[i] + off_diagonal[i] blocks in local block row i (arrays of n_local / block_size). */
 int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal, const int *off_diagonal,
                       intptr_t *matrix);
 
@@ -34,9 +36,9 @@ int sig_matrix_create(int comm, int n_local, int block_size, const int *diagonal
  * shape. */
 int sig_matrix_multiply(intptr_t matrix, int n_local, int n_columns, const double *columns, double *product);
 
-/* Between these two calls errors of PETSc are returned without a trace. The text of the first one goes to `message`,
- * which holds SIG_MESSAGE_SIZE bytes and must exist until the second call. Use them where wrong options may cause
- * errors, so that these become a failure with a reason. */
+/* Between these two calls errors of PETSc are returned without a trace. The text of the last error goes to `message`,
+ * which holds SIG_MESSAGE_SIZE bytes and must exist until the second call; without an error it does not change. Use
+ * them where wrong options may cause errors, so that these become a failure with a reason. */
 enum { SIG_MESSAGE_SIZE = 256 };
 void sig_quiet_errors(char *message);
 void sig_loud_errors(void);

@@ -12,7 +12,8 @@ enum { SIG_EXIT_STOPPED = 130 };
 
 /* Catches SIGINT and SIGTERM from now on; an earlier request is forgotten. A process that still runs `grace` seconds
  * after the first signal ends with SIG_EXIT_STOPPED, whatever it does then: partial files are removed
- * (partial_files.h), a helper is killed, and the last words are written. */
+ * (partial_files.h), a helper is killed, and the last words are written. SIGXFSZ is ignored from now on, so that a
+ * write beyond the largest size of a file fails with an errno. */
 void sig_install_stop_signals(double grace);
 
 /* Changes the time [s] between the next signal and the forced end. */
@@ -26,7 +27,7 @@ int sig_is_stop_requested(void);
 void sig_set_last_words(const char *text, size_t length, int descriptor);
 
 /* Sets a function that is called before the forced end of the process, so that it can end other processes that wait for
- * this one. */
+ * this one. It is not called if the parent process (a launcher such as mpirun) has sent the signal. */
 void sig_set_end_of_others(void (*end_others)(void));
 
 /* Sets the helper process: it gets SIGTERM with the request to stop, and SIGKILL at the forced end; 0 = none. */

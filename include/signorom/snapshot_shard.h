@@ -26,21 +26,24 @@ typedef struct sig_shard sig_shard;
 
 /* Opens the file at path (length characters, no terminator). provenance: 16 characters; sizes: numbers of doubles of
    the four parts of a record. is_writing: makes the file where it is missing, checks every record up to the first bad
-   one, cuts what stands behind the good ones and appends there. *n_records: good records, or (reading) those that the
-   file has room for, unchecked; *n_dropped: records, the last one perhaps a piece, that were cut (0 when reading).
-   *shard is for sig_shard_close, null on failure. */
+   one, cuts what stands behind the good ones and appends there. *n_records: good records, or (reading) as many as the
+   length of the file gives, the last one perhaps a piece, unchecked; *n_dropped: records, the last one perhaps a piece,
+   that were cut (0 when reading). A file whose header was cut off has no records; writing gives it a new header. *shard
+   is for sig_shard_close, null on failure. */
 int sig_shard_open(const char *path, size_t length, const char *provenance, const int64_t *sizes, int is_writing,
                    sig_shard **shard, int64_t *n_records, int64_t *n_dropped);
 
-/* Reads record i_record (0-based) and its hash into values, which has room for one double more than the sizes add up
- * to. Returns SIG_SHARD_SHORT for a bad record. */
+/* Reads record i_record (0-based) and its hash into values, an array of one double more than the sizes add up to.
+ * Returns SIG_SHARD_SHORT for a bad record. */
 int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values);
 
 /* Writes n_records records at once. The system has them when the call returns, so that a killed process loses nothing;
  * they go to the disk unless the last time was less than a second ago. values holds the records one after the other,
- * each with room for one more double, where the hash is put. After a failure the earlier records are unchanged. */
+ * each followed by one more double, where the hash is put. After a failure the earlier records are unchanged.
+ * SIG_SHARD_GONE: the file is no longer at its path; nothing was written. */
 int sig_shard_append(sig_shard *shard, int64_t n_records, double *values);
 
-/* Writes the appended records to the disk and frees the handle; null is allowed. */
+/* Writes the appended records to the disk and frees the handle, even after a failure; null is allowed. SIG_SHARD_GONE
+ * as for sig_shard_append. */
 int sig_shard_close(sig_shard *shard);
 #endif

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Singular values and left vectors of a matrix whose rows are spread over ranks, and the gathering of rows. The matrix
    is handed over column by column and kept once. All arrays are column-major and contiguous; comm is a Fortran
-   communicator handle. Every function returns a PETSc error code, 0 = success, and is collective. */
+   communicator handle. Every function returns a PETSc error code, 0 = success, and all but sig_thin_svd are
+   collective. */
 #ifndef SIGNOROM_SNAPSHOT_SVD_H
 #define SIGNOROM_SNAPSHOT_SVD_H
 #include <stdint.h>
