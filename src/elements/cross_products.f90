@@ -17,7 +17,7 @@ contains
     product = [a(2) * b(3) - a(3) * b(2), a(3) * b(1) - a(1) * b(3), a(1) * b(2) - a(2) * b(1)]
   end function cross_product
 
-  !> Returns the component of a x b across the plane: positive where b lies to the left of a.
+  !> Returns the component of a x b across the plane, a(1) b(2) - a(2) b(1): positive where b lies to the left of a.
   pure real(rk) function plane_cross_product(a, b) result(product)
     real(rk), intent(in) :: a(2)
     real(rk), intent(in) :: b(2)

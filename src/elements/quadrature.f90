@@ -17,7 +17,7 @@ contains
   pure subroutine quadrature_rule(i_type, points, weights)
     !> row of element_types
     integer, intent(in) :: i_type
-    !> [-] shape (n_dim, n_points)
+    !> [-] reference coordinates, shape (n_dim, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
     !> [-] shape (n_points), sum = volume of the reference element
     real(rk), allocatable, intent(out) :: weights(:)
@@ -98,7 +98,8 @@ contains
       spread(0.0070910034628469110730_rk, 1, 6)]
   end subroutine fourteen_points
 
-  !> Returns n_dim + 1 points, one near each corner, whose barycentric coordinates are `far` except one.
+  !> Returns n_dim + 1 points of a simplex, one per corner, the origin first: the barycentric coordinate of this corner is
+  !> 1 - n_dim * far, all others are `far`.
   pure function corner_points(n_dim, far) result(points)
     integer, intent(in) :: n_dim
     real(rk), intent(in) :: far

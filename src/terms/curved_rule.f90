@@ -170,7 +170,7 @@ contains
     end associate
   end function square_values
 
-  !> Inserts `cut` into the ascending borders.
+  !> Inserts `cut` into the ascending borders, so that there is one strip more.
   pure subroutine insert(cut, borders, n_strips)
     real(rk), intent(in) :: cut
     real(rk), intent(inout) :: borders(most_borders)

@@ -95,7 +95,7 @@ contains
     result = number
   end subroutine evaluate
 
-  !> Whether the variable `name` occurs in the text. False before `create`.
+  !> Whether the variable `name` occurs in the text. False before `create`, and for a name that `create` did not get.
   logical function uses(this, name)
     class(expression_t), intent(in) :: this
     character(*), intent(in) :: name

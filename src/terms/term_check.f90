@@ -13,8 +13,8 @@ module sig_term_check
 
 contains
 
-  !> Whether there is at least one term, every source is of a known kind, and all its indices point at terms, places and coordinates
-  !> that exist.
+  !> Whether there is at least one term, every source is of a known kind, its arrays have shapes that fit together and finite
+  !> places, and all its indices point at terms, places and coordinates that exist. The texts of expressions are not checked.
   pure logical function are_sound_terms(terms, n_dim)
     type(term_set_t), intent(in) :: terms
     !> number of coordinates, 2 or 3

@@ -56,7 +56,7 @@ contains
     end do
   end subroutine differentiate_terms
 
-  !> Computes the derivatives of all terms with respect to one parameter.
+  !> Computes the derivatives of all terms with respect to one parameter. is_found: all of them exist; is_kink: see take_limits.
   subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
@@ -94,7 +94,7 @@ contains
   end subroutine differentiate
 
   !> Sets the slopes that are still open: the mean of the limits on both sides where these are equal, else the limit on the side
-  !> `direction`.
+  !> `direction`. is_kink: the second case occurs; is_found: no wanted limit is missing.
   pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
     !> slopes below, in the middle and above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)

@@ -76,7 +76,7 @@ contains
     end if
   end subroutine find_facet_rule
 
-  !> Returns where a facet lies relative to a window.
+  !> Returns where a facet lies relative to a window: facet_inside, facet_outside or facet_cut.
   pure integer function position_of(vertices, window) result(position)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
