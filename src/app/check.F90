@@ -97,6 +97,7 @@ contains
   !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already. Collective on all ranks. Errors
   !> are printed and set session%exit_code: the folder cannot be claimed; a file cannot be written.
   subroutine write_fields(point, session, ierr)
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr

@@ -70,7 +70,7 @@ contains
     call check_command(command, error)
   end subroutine parse_command_line
 
-  !> Reports a word too many; a blank between the parameters of a point causes one.
+  !> Makes the error of a word too many; a blank between the parameters of a point causes one.
   subroutine refuse_word(word, command, error)
     character(*), intent(in) :: word
     type(command_t), intent(in) :: command
@@ -82,7 +82,8 @@ contains
     call make_error(error, 'unexpected argument ''' // word // '''', hint=hint)
   end subroutine refuse_word
 
-  !> Reads one option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc.
+  !> Reads one option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc. Errors: an
+  !> unknown option, an option without its value or with a wrong one.
   subroutine take_option(arguments, i, command, error)
     type(string_t), intent(in) :: arguments(:)
     integer, intent(inout) :: i
@@ -169,7 +170,7 @@ contains
     value = arguments(i)%text
   end subroutine take_value
 
-  !> Checks that the command has its file and its options.
+  !> Checks that the command has its file and its options. Errors: no command, an unknown one, no file; those of check_options.
   subroutine check_command(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
@@ -188,7 +189,8 @@ contains
     end if
   end subroutine check_command
 
-  !> Refuses options that the command does not have, and combinations of options.
+  !> Checks the options of a command. Errors: an option that the command does not have; predict without exactly one of --at and
+  !> --points; options of PETSc for a command without it; check with --at but without --fields.
   subroutine check_options(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error

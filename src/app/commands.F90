@@ -107,7 +107,7 @@ contains
 
   !> Runs the stage of the command, or all stages for run: sample, train, validate (if the deck has a test section), fields. Stops
   !> at the first stage that fails. Errors are printed and set session%exit_code: --at is no valid point; the tool that trains
-  !> forests is missing, for train and run; those of the stages.
+  !> forests is missing, for train and run; those of the stages. Collective on all ranks.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), target, intent(inout) :: session

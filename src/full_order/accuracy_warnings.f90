@@ -98,6 +98,7 @@ contains
   !> Whether the errors of this name are there and have a value other than NaN at some point.
   pure logical function is_measured(names, errors, name)
     character(*), intent(in) :: names(:)
+    !> shape (size(names), n_points)
     real(rk), intent(in) :: errors(:, :)
     character(*), intent(in) :: name
     type(statistics_t) :: statistics

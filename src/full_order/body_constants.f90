@@ -179,6 +179,7 @@ contains
   pure real(rk) function rate_of(lower, upper, is_ratio_of_moduli) result(rate)
     real(rk), intent(in) :: lower
     real(rk), intent(in) :: upper
+    !> the constant is a ratio of two moduli, otherwise a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
     real(rk) :: distance
 

@@ -64,6 +64,7 @@ contains
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(out) :: rows
     type(string_t), allocatable, intent(out) :: notes(:)
+    !> as in build_contact_rows; false everywhere after an error
     logical, intent(out) :: is_swapped(:)
     type(error_t), allocatable, intent(out) :: error
     type(side_choice_t) :: choices(size(deck%contact)), must(size(deck%contact))

@@ -104,7 +104,9 @@ contains
 
   !> Sorts the points by their constants. Points with equal constants keep their order.
   pure subroutine sort_by_constants(constants, order, is_first)
+    !> shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
+    !> numbers of the points, sorted, shape (n_points)
     integer, intent(out) :: order(:)
     !> along the order: whether the constants differ from those of the point before; the first is true
     logical, intent(out) :: is_first(:)

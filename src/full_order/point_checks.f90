@@ -41,6 +41,7 @@ contains
   !> Makes the error that names the expression without a finite value, and the point.
   subroutine refuse_point(problem, point, i_source, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> index of the expression among the sources of the terms
     integer, intent(in) :: i_source
@@ -55,7 +56,9 @@ contains
   !> Checks the gaps of the inert pairs, which follow from prescribed values alone. Errors: the first pair that penetrates.
   subroutine check_inert_pairs(problem, point, theta, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
+    !> [-] values of the problem's terms there, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(error_t), allocatable, intent(out) :: error
     !> [-] of the gap: rounding of the deck's numbers

@@ -81,6 +81,7 @@ contains
   subroutine update_stiffness(self, problem, point, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters), checked
     real(rk), intent(in) :: point(:)
     PetscErrorCode, intent(out) :: ierr
     type(elastic_body_t) :: body

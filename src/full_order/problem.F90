@@ -213,6 +213,7 @@ contains
   !> Makes problem%material_terms and the bodies with their elastic constants in the middle of the box.
   subroutine create_body(deck, material_of_cell, problem)
     type(deck_config_t), intent(in) :: deck
+    !> number of each cell's material in the deck, shape (n_cells)
     integer, intent(in) :: material_of_cell(:)
     type(problem_t), intent(inout) :: problem
     real(rk) :: ones(size(deck%materials))

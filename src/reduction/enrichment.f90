@@ -125,8 +125,10 @@ contains
   !> Returns the index of the candidate that gives the smallest ratio of singular values; of nearly equal ones the first.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
     type(column_space_t), intent(in) :: space
+    !> rows and entries as in choose_hats
     integer, intent(in) :: rows(:)
     real(rk), intent(in) :: entries(:)
+    !> the candidate is not chosen yet
     logical, intent(in) :: is_left(:)
     real(rk) :: ratios(size(rows)), column(size(space%left, 1))
     integer :: i

@@ -90,7 +90,9 @@ contains
   pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
+    !> as in hats_of_rows
     logical, intent(in) :: is_prescribed(:)
+    !> the second side, otherwise the first
     logical, intent(in) :: is_second
     type(hat_set_t) :: hats
     type(followers_t) :: followers
@@ -135,6 +137,7 @@ contains
   pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
+    !> as in hats_of_rows
     logical, intent(in) :: is_prescribed(:)
     type(followers_t), intent(in) :: followers
     integer, intent(in) :: i_hat

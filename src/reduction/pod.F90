@@ -236,6 +236,7 @@ contains
     !> rows of all ranks
     integer, intent(in) :: n_rows
     MPI_Comm, intent(in) :: comm
+    !> results as from compute_pod
     real(rk), allocatable, intent(out) :: singular_values(:)
     real(rk), allocatable, intent(out) :: vectors(:, :)
     PetscErrorCode, intent(out) :: ierr

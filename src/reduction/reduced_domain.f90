@@ -151,6 +151,7 @@ contains
     type(ties_t), intent(in) :: ties
     integer, intent(in) :: node
     type(growth_t), intent(inout) :: growth
+    !> nodes that were added as partners, shape (n_nodes)
     logical, intent(inout) :: is_facing(:)
     integer :: i
 
@@ -168,6 +169,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(ties_t), intent(in) :: ties
     type(growth_t), intent(inout) :: growth
+    !> as in take_partners
     logical, intent(inout) :: is_facing(:)
     integer :: i_interior, node
 

@@ -197,6 +197,7 @@ contains
   !> Writes supports and loads at the point.
   subroutine write_driving_fields(problem, theta, file)
     type(problem_t), intent(in) :: problem
+    !> [-] values of the terms at the point, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(field_file_t), intent(inout) :: file
     real(rk) :: values(problem%mesh%n_dim, problem%mesh%n_nodes)
@@ -212,6 +213,7 @@ contains
   !> Writes the imposed strains at the point; they are zero outside of the bodies.
   subroutine write_strains(problem, point, n_cells, file)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> number of all cells; those of the bodies come first
     integer, intent(in) :: n_cells
@@ -230,6 +232,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> all rows; inert pairs, which have no multiplier, come last
     type(contact_rows_t), intent(in) :: rows
+    !> [-] values of the terms at the point, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(field_file_t), intent(inout) :: file
     real(rk), dimension(problem%mesh%n_nodes) :: entry, largest, partners, side, status

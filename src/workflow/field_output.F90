@@ -88,6 +88,7 @@ contains
   subroutine solve_points(problem, team, points, solved, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
+    !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     type(solved_points_t), intent(inout) :: solved
     type(error_t), allocatable, intent(out) :: error
@@ -117,8 +118,10 @@ contains
   !> a file cannot be written.
   subroutine write_file(problem, points, folder, states, error, model)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points), checked
     real(rk), intent(in) :: points(:, :)
     character(*), intent(in) :: folder
+    !> full-order solutions, shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
     type(error_t), allocatable, intent(out) :: error
     type(model_t), intent(in), optional :: model
@@ -148,7 +151,8 @@ contains
     call writer%close(error)
   end subroutine write_file
 
-  !> Makes a model without parts, which has the data of the problem that the files need.
+  !> Makes a model without parts and training points, which has the data of the problem that the files need. Errors: those of
+  !> create_field_map.
   subroutine describe_problem(problem, header, error)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(out) :: header
@@ -162,7 +166,9 @@ contains
 
   !> Computes the values of the fields at a point from its full-order solution. Requires: check_points accepted the point.
   subroutine find_values(header, point, state, values)
+    !> result of describe_problem
     type(model_t), intent(in) :: header
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     type(contact_state_t), intent(in) :: state
     type(field_values_t), intent(inout) :: values

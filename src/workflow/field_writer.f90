@@ -75,6 +75,7 @@ contains
   !> Writes the nodes and weights of one side of all contact rows, which are the same at all points.
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows
+    !> the second side, otherwise the first
     logical, intent(in) :: is_second
     !> path of the group in the file
     character(*), intent(in) :: group

@@ -69,6 +69,7 @@ contains
   subroutine warn_of_identical(deck, snapshots, lengths, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
+    !> [length] from snapshot_lengths
     real(rk), intent(in) :: lengths(:)
     PetscErrorCode, intent(out) :: ierr
     integer :: i_earlier, i_snapshot
@@ -161,6 +162,7 @@ contains
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
+    !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     type(medoids_t), intent(out) :: found
     type(error_t), allocatable, intent(out) :: error
@@ -204,6 +206,7 @@ contains
   !> Merges the smallest cluster (of equal ones the first) into another one, and writes that to the log.
   subroutine dissolve_small(deck, dissimilarity, clusters, found)
     type(deck_config_t), intent(in) :: deck
+    !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     type(cluster_t), intent(in) :: clusters(:)
     type(medoids_t), intent(inout) :: found

@@ -153,6 +153,7 @@ contains
   !> Whether each item belongs to the second of two medoids; false for a single item.
   function second_half(deck, dissimilarity) result(is_second)
     type(deck_config_t), intent(in) :: deck
+    !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     logical :: is_second(size(dissimilarity, 1))
     type(medoids_t) :: found

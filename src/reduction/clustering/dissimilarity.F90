@@ -113,6 +113,7 @@ contains
   !> Collective on comm.
   subroutine complete_columns(comm, matrix, ierr)
     MPI_Comm, intent(in) :: comm
+    !> shape (n, n)
     real(rk), intent(inout) :: matrix(:, :)
     PetscErrorCode, intent(out) :: ierr
     integer :: j

@@ -87,7 +87,9 @@ contains
   !> Returns the text of labels.csv: a head line, then one line per point with its parameters and its cluster.
   pure function label_table(names, points, labels) result(text)
     type(string_t), intent(in) :: names(:)
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> cluster of each point, 1-based
     integer, intent(in) :: labels(:)
     character(:), allocatable :: text
     integer :: i, k

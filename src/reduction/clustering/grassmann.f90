@@ -69,6 +69,7 @@ contains
     !> [-] of length 1
     real(rk), intent(in) :: first(:)
     real(rk), intent(in) :: second(:)
+    !> the angle between opposite snapshots is pi, otherwise 0
     logical, intent(in) :: is_signed
     !> [rad] in [0, pi/2]; in [0, pi] with is_signed
     real(rk) :: angle

@@ -94,6 +94,7 @@ contains
   !>
   !> Requires: two clusters or more.
   subroutine merge_cluster(dissimilarity, i_cluster, found, i_target)
+    !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
     integer, intent(in) :: i_cluster
     type(medoids_t), intent(inout) :: found

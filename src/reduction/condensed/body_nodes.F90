@@ -199,6 +199,7 @@ contains
   !> this is above 0. Does nothing without anchors, or after the first factorization, that is, after the first node of each body.
   pure subroutine set_scale(anchors, compliance, data)
     type(anchors_t), intent(in) :: anchors
+    !> [length/force] shape (n_multipliers, n_multipliers)
     real(rk), intent(in) :: compliance(:, :)
     class(interpolated_data_t), intent(inout) :: data
     integer :: i
@@ -211,6 +212,7 @@ contains
 
   !> Appends the values of the first rank as one more column, the same on every rank. Collective on all ranks.
   subroutine append(values, columns, ierr)
+    !> those of the first rank count
     real(rk), intent(in) :: values(:, :)
     !> shape (size(values), n_columns)
     real(rk), allocatable, intent(inout) :: columns(:, :)

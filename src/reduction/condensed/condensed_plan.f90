@@ -124,6 +124,7 @@ contains
   subroutine mark_nodes(problem, i, is_marked)
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i
+    !> shape (n_nodes); other marks stay
     logical, intent(inout) :: is_marked(:)
     type(error_t), allocatable :: error
     integer, allocatable :: nodes(:)

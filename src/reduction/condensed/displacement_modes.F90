@@ -254,7 +254,9 @@ contains
   !> Sets the columns to zero outside of a body. Local.
   subroutine keep_body(team, dofs, columns)
     type(team_t), intent(in) :: team
+    !> dofs of the body, natural
     integer, intent(in) :: dofs(:)
+    !> rows of this rank, shape (n_local_dofs, n_columns)
     real(rk), intent(inout) :: columns(:, :)
     logical :: is_own(team%solver%system%map%n_dofs)
     integer :: i
@@ -271,6 +273,7 @@ contains
   subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
+    !> V of the body, rows of this rank
     real(rk), intent(in) :: basis(:, :)
     !> [force] K times the responses to loads
     real(rk), contiguous, intent(in) :: driven(:, :)
@@ -291,6 +294,7 @@ contains
   !> Sets modes%residuals to the triangle of find_triangle without its rows of zeros. Collective on all ranks.
   subroutine take_residuals(team, columns, modes, ierr)
     type(team_t), intent(inout) :: team
+    !> [length] rows of this rank
     real(rk), contiguous, intent(in) :: columns(:, :)
     type(body_modes_t), intent(inout) :: modes
     PetscErrorCode, intent(out) :: ierr

@@ -142,11 +142,14 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team
     type(body_constants_t), intent(in) :: constants(:)
+    !> as in solve_at
     real(rk), intent(in) :: places(:)
     integer, intent(in) :: i_node
     integer, intent(in) :: n_nodes
     class(interpolated_data_t), intent(in) :: data
+    !> [length] of solve_at
     real(rk), intent(in) :: columns(:, :)
+    !> [length] E, same shape
     real(rk), intent(inout) :: missing(:, :)
     real(rk), allocatable :: weights(:)
     real(rk) :: factor(size(missing, 1))
@@ -173,6 +176,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(body_constants_t), intent(in) :: constants(:)
+    !> as in solve_at
     real(rk), intent(in) :: places(:)
     !> [length] E, and the responses at the places; rows of this rank
     real(rk), intent(in) :: missing(:, :)

@@ -89,6 +89,7 @@ contains
 
   !> Returns the numbers, ascending, of the columns that differ from all columns before them.
   pure function distinct_columns(columns) result(numbers)
+    !> sets as bits, shape (n_words, n_sets)
     integer, intent(in) :: columns(:, :)
     integer, allocatable :: numbers(:)
     integer :: i, k

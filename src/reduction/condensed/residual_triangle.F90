@@ -68,7 +68,9 @@ contains
   subroutine remove(comm, basis, block, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     type(basis_t), intent(in) :: basis
+    !> [length] rows of this rank
     real(rk), contiguous, intent(inout) :: block(:, :)
+    !> columns of R that belong to the block
     real(rk), intent(inout) :: triangle(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: shares(:, :)
@@ -86,10 +88,12 @@ contains
   subroutine append_columns(comm, stiffness, block, sizes, basis, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     Mat, intent(in) :: stiffness
+    !> [length] rows of this rank; changed
     real(rk), contiguous, intent(inout) :: block(:, :)
     !> [force*length] squares of the norms of the whole columns
     real(rk), intent(in) :: sizes(:)
     type(basis_t), intent(inout) :: basis
+    !> columns of R that belong to the block
     real(rk), intent(inout) :: triangle(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: product(size(block, 1), 1), square(1), square_before

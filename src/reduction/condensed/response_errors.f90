@@ -78,6 +78,7 @@ contains
   real(rk) function error_at(reduced, i, theta, forces, room) result(error)
     type(reduced_interpolated_t), intent(in) :: reduced
     integer, intent(in) :: i
+    !> [-] values of the terms there, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of the snapshot
     real(rk), intent(in) :: forces(:)

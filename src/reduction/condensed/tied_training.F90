@@ -133,6 +133,7 @@ contains
   !> Marks also the rows with a node in a cell that contains a node of a marked row.
   subroutine add_ring(problem, is_marked)
     type(problem_t), intent(in) :: problem
+    !> shape (n_rows)
     logical, intent(inout) :: is_marked(:)
     logical :: is_node(problem%mesh%n_nodes), is_near(problem%mesh%n_nodes)
     integer :: i, k

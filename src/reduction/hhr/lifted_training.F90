@@ -118,6 +118,7 @@ contains
   !> The results of the first rank are sent to all.
   subroutine solve_columns(full_order, chosen, columns, lift, ierr)
     type(full_order_t), intent(inout) :: full_order
+    !> numbers of the rows, ascending
     integer, intent(in) :: chosen(:)
     type(contact_columns_t), intent(out) :: columns
     type(contact_lift_t), intent(out) :: lift

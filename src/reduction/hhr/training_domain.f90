@@ -65,6 +65,7 @@ contains
   function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
+    !> [length] from snapshot_contact_values
     real(rk), intent(in) :: contact_values(:, :)
     type(reduced_domain_t), intent(in) :: domain
     integer, allocatable :: rows(:)
@@ -83,11 +84,12 @@ contains
   end function lacking_rows
 
   !> Finds the nodes on which prescribed displacements are imposed as equations: the middle node of each boundary with a prescribed
-  !> displacement that is not zero. There are none where the deck uses a lifting instead.
+  !> displacement that is not zero. There are none where the deck uses a lifting instead. Errors: the mesh lacks a boundary.
   !>
   !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces".
   subroutine find_moved_nodes(problem, nodes, error)
     type(problem_t), intent(in) :: problem
+    !> natural (order of the mesh file)
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: candidates(:)
@@ -105,6 +107,7 @@ contains
   !> Whether some prescribed displacement of the nodes has a term that is not zero.
   pure logical function is_moved(problem, nodes)
     type(problem_t), intent(in) :: problem
+    !> natural (order of the mesh file)
     integer, intent(in) :: nodes(:)
     logical :: is_here(problem%mesh%n_nodes)
     integer :: i

@@ -74,6 +74,7 @@ contains
 
   !> Returns the sum of c_j u_j over the dofs of this rank.
   pure real(rk) function own_sum(coefficients, dofs, own, first_dof)
+    !> [-] c, one per dof
     real(rk), intent(in) :: coefficients(:)
     !> natural (order of the mesh file)
     integer, intent(in) :: dofs(:)

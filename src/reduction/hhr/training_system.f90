@@ -117,6 +117,7 @@ contains
   subroutine enrich(problem, domain, modes, hats, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
+    !> POD modes V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     type(hat_set_t), intent(out) :: hats
     type(hhr_data_t), intent(inout) :: cluster
@@ -207,7 +208,9 @@ contains
   subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
+    !> as in build_system
     integer, intent(in) :: moved_nodes(:)
+    !> POD modes V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error

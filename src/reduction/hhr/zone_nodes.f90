@@ -47,7 +47,9 @@ contains
   !> Errors: the mesh lacks a boundary.
   subroutine find_loaded_nodes(problem, training_points, nodes, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
+    !> natural (order of the mesh file)
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: of_surface(:)
@@ -84,6 +86,7 @@ contains
   !> Whether each node carries a force at one of the points.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     logical :: is_loaded(problem%mesh%n_nodes)
     real(rk), allocatable :: theta(:, :)

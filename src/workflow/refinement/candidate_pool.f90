@@ -142,6 +142,7 @@ contains
   !> Returns the errors as if only the chosen candidates had been measured; squares are not allocated in the result.
   pure function errors_among(errors, is_chosen) result(chosen)
     type(pool_errors_t), intent(in) :: errors
+    !> shape (n_candidates)
     logical, intent(in) :: is_chosen(:)
     type(pool_errors_t) :: chosen
 

@@ -102,6 +102,7 @@ contains
 
   !> Returns the number of infinite errors: the cluster has no answer, or its error cannot be measured.
   pure integer function n_failed(values)
+    !> [-] errors
     real(rk), intent(in) :: values(:)
 
     n_failed = count(values > huge(values))

@@ -266,6 +266,7 @@ contains
   subroutine answer_point(self, problem, point, theta, state)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     !> values of the terms at the point, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)

@@ -239,6 +239,7 @@ contains
   !> PETSc options.
   subroutine solve_some(self, points, numbers, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
+    !> all that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> numbers of the points that are solved, 1-based
     integer, intent(in) :: numbers(:)
@@ -274,6 +275,7 @@ contains
   !> on the group. Errors: the shard cannot be written.
   subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
+    !> those of the batch, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> their positions in `numbers` of solve_some
     integer, intent(in) :: places(:)
@@ -308,6 +310,7 @@ contains
   !> Makes a record of a solution; its arrays move from the state to the record. Without has_displacement its
   !> displacement has size 0.
   pure subroutine make_record(point, has_displacement, state, record)
+    !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
     logical, intent(in) :: has_displacement
     type(contact_state_t), intent(inout) :: state

@@ -138,6 +138,7 @@ contains
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> the solutions that are found, in the order of the points; also those that did not converge, by their reason
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
@@ -237,6 +238,7 @@ contains
   subroutine read_spread(problem, store, points, set, is_missing, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> points, set and is_missing as for read_store
     real(rk), intent(in) :: points(:, :)
     type(snapshot_set_t), intent(out) :: set
     logical, intent(out) :: is_missing(:)
@@ -255,6 +257,7 @@ contains
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
     type(snapshot_set_t) :: set
@@ -277,6 +280,7 @@ contains
     !> its solver is ready
     type(team_t), intent(inout) :: team
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> number of dofs of which the store keeps displacements: all or 0
     integer, intent(in) :: n_stored
@@ -307,6 +311,7 @@ contains
   subroutine write_merged(problem, store, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> records that are in no file yet; their arrays are moved away
     type(snapshot_record_t), intent(inout) :: fresh(:)

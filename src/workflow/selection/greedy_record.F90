@@ -41,6 +41,7 @@ contains
   !> Returns a hash of all settings on which the choice depends, except for those of its end.
   function settings_of(problem, candidates) result(settings)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     character(16) :: settings
     character(:), allocatable :: text

@@ -86,6 +86,7 @@ contains
 
   !> Sets the defect to -1 for candidates that are nearer to the point `place` than the distance, or equal to it.
   pure subroutine leave_out(candidates, box, place, distance, defects)
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     !> of box_of
     real(rk), intent(in) :: box(:, :)

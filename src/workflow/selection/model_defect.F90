@@ -197,6 +197,7 @@ contains
   !> [sqrt(force*length)] Returns the energy norm of a field that is given by its coordinates in U.
   real(rk) function energy_norm(self, coordinates)
     class(model_defect_t), intent(in) :: self
+    !> [length] shape (number of the fields U)
     real(rk), contiguous, intent(in) :: coordinates(:)
     real(rk) :: forces(size(coordinates))
 
@@ -210,7 +211,9 @@ contains
     type(contact_system_t), intent(inout) :: system
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
+    !> [-] shape (n_points)
     real(rk), intent(out) :: defects(:)
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(size(points, 2))

@@ -164,6 +164,7 @@ contains
   !> stop. Collective on all ranks. Errors: those of train_draft; the model cannot answer.
   subroutine choose_new_points(rounds, candidates, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -216,6 +217,7 @@ contains
     type(rounds_t), intent(inout) :: rounds
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_new)
     real(rk), intent(in) :: points(:, :)
     type(answer_t) :: answer
     type(rooms_t) :: rooms

@@ -63,6 +63,7 @@ contains
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error

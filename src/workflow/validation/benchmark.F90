@@ -61,6 +61,7 @@ contains
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> [s] wall time per point
     real(rk), intent(out) :: median
@@ -94,6 +95,7 @@ contains
   subroutine time_queries(online, query, points, seconds)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> [s] wall time per query
     real(rk), intent(out) :: seconds

@@ -116,6 +116,7 @@ contains
     type(team_t), intent(inout) :: team
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> a signal ended the loop of some group
     logical, intent(out) :: is_stopped

@@ -139,6 +139,7 @@ contains
   pure subroutine count_methods(outcome, names, counts)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable, intent(out) :: names(:)
+    !> number of points of each name
     integer, allocatable, intent(out) :: counts(:)
     integer :: i
 
