@@ -28,6 +28,7 @@ module sig_mechanical_models
     character(4) :: strain_names(6) = ' '
   end type mechanical_model_t
 
+  !> the table
   type(mechanical_model_t), parameter :: mechanical_models(4) = [ &
     mechanical_model_t('plane_strain', 2, ['x', 'y', ' '], .false., .false., 3, [1, 2, 4, 0, 0, 0], &
     [character(4) :: 'xx', 'yy', 'zz', 'xy', '', '']), &

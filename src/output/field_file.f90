@@ -198,8 +198,7 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true.)
   end subroutine add_cell_scalar
 
-  !> Adds a field of one whole number per cell to the present point, e.g. 1 inside a set of cells and 0 outside. A wrong number of
-  !> values is an error, which close returns.
+  !> Adds a field of one whole number per cell to the present point. A wrong number of values is an error, which close returns.
   subroutine add_cell_integer(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -262,8 +261,7 @@ contains
     all_values(:size(values, 1), :) = values
   end function padded
 
-  !> Whether the sizes are right. A wrong size is an error of the code, not of the user. It must not lead to a file that no viewer
-  !> opens.
+  !> Whether the sizes are right. A wrong size is an error of the code; it must not lead to a file that no viewer opens.
   logical function is_size_right(self, name, n, n_expected)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -30,6 +30,7 @@ module sig_run_report
 
 contains
 
+  !> Sets a key, a path such as `errors/e_u/median`, to a text. The keys above it are made if they are missing.
   subroutine add_text(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -38,6 +39,7 @@ contains
     call self%tree%set(key, yaml_of_text(value), .false.)
   end subroutine add_text
 
+  !> Sets a key, as add_text does, to a whole number.
   subroutine add_integer(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -46,6 +48,7 @@ contains
     call self%tree%set(key, to_text(value), .false.)
   end subroutine add_integer
 
+  !> Sets a key, as add_text does, to a real number, which may be infinite or NaN.
   subroutine add_real(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -54,6 +57,7 @@ contains
     call self%tree%set(key, yaml_of_real(value), .false.)
   end subroutine add_real
 
+  !> Sets a key, as add_text does, to true or false.
   subroutine add_logical(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -62,6 +66,7 @@ contains
     call self%tree%set(key, trim(merge('true ', 'false', value)), .false.)
   end subroutine add_logical
 
+  !> Sets a key, as add_text does, to a list of whole numbers.
   subroutine add_integers(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -75,6 +80,7 @@ contains
     call self%tree%set(key, '[' // join(words, ', ') // ']', .false.)
   end subroutine add_integers
 
+  !> Sets a key, as add_text does, to a list of real numbers.
   subroutine add_reals(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -88,6 +94,7 @@ contains
     call self%tree%set(key, '[' // join(words, ', ') // ']', .false.)
   end subroutine add_reals
 
+  !> Sets a key, as add_text does, to a list of texts.
   subroutine add_texts(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key

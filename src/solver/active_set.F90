@@ -17,6 +17,7 @@ module sig_active_set
   private
   public :: active_set_t, next_active_set, finish_state
 
+  !> The contact solver `active_set`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
@@ -202,8 +203,7 @@ contains
     end if
   end subroutine solve_with_closed
 
-  !> Solves by the factor of this set, or by conjugate gradients with the factor of an earlier set if that takes less time.
-  !> Collective.
+  !> Solves by the factor of this set, or, if that takes less time, by conjugate gradients with an earlier factor. Collective.
   subroutine solve_with_factor(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -309,8 +309,7 @@ contains
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
 
-  !> Keeps the last pair that holds a body closed unless the loads pull it open. Its force follows from the loads alone, so a pull
-  !> that is only rounding does not count.
+  !> Keeps the last pair that holds a body closed unless the loads, which alone give its force, pull it open by more than rounding.
   subroutine keep_idle_holds(system, is_closed, step)
     type(contact_system_t), intent(in) :: system
     logical, intent(in) :: is_closed(:)
@@ -386,6 +385,7 @@ contains
     end do
   end function has_column
 
+  !> Frees the matrices, vectors and linear solver. Collective.
   subroutine destroy(self, ierr)
     class(active_set_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

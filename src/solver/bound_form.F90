@@ -21,6 +21,7 @@ module sig_bound_form
   private
   public :: bound_form_t
 
+  !> The transformation T for the contact rows of one system. Call create, then the other procedures, then destroy.
   type :: bound_form_t
     !> T, and T' K T on all dofs
     Mat :: transformation

@@ -26,6 +26,7 @@ module sig_condensed
   private
   public :: condensed_t
 
+  !> The contact solver `condensed`. Call create, then solve or solve_points for any number of points, then destroy.
   type, extends(contact_solver_t) :: condensed_t
     !> reason_converged, or why the stiffness could not be factored; 0 before `create`
     integer :: reason = 0

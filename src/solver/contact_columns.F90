@@ -18,6 +18,7 @@ module sig_contact_columns
   private
   public :: contact_columns_t
 
+  !> Columns of W for some chosen rows. Call `solve`, or `take` where a condensed operator is there already.
   type :: contact_columns_t
     !> reason_converged, or why K could not be factored or a solve failed; 0 before `solve` and `take`
     integer :: reason = 0

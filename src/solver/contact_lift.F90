@@ -18,6 +18,7 @@ module sig_contact_lift
   private
   public :: contact_lift_t
 
+  !> The matrix L, sparse by columns, and L' K L.
   type :: contact_lift_t
     !> whether every row has a side that can move
     logical :: is_possible = .false.

@@ -10,6 +10,7 @@ module sig_contact_solver
   private
   public :: contact_solver_t
 
+  !> What all contact solvers have. Set the components, call create for a system, then solve or solve_points, then destroy.
   type, abstract :: contact_solver_t
     !> largest number of steps at one point
     integer :: max_iterations = 50

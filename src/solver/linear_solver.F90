@@ -18,6 +18,7 @@ module sig_linear_solver
   private
   public :: linear_solver_t, constrain, hold, set_near_null_space
 
+  !> A linear solver for one matrix. Set is_multigrid, call factor, then the solve procedures, then destroy.
   type :: linear_solver_t
     !> whether conjugate gradients with multigrid solve, and not a factorization
     logical :: is_multigrid = .false.

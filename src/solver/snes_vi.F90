@@ -17,6 +17,7 @@ module sig_snes_vi
   private
   public :: snes_vi_t
 
+  !> The contact solver `snesvi`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: snes_vi_t
     type(bound_form_t) :: form
     !> [force/length] norm of T' K T: largest sum of a row's sizes

@@ -8,6 +8,7 @@ module sig_solver_plan
   private
   public :: solver_plan_t, problem_size_t, make_solver_plan, plan_text, fits_condensed
 
+  !> The solver that was chosen, and why.
   type :: solver_plan_t
     !> condensed, active_set or snesvi
     character(:), allocatable :: type

@@ -23,6 +23,7 @@ module sig_tied
   !> number of right-hand sides that are solved at a time
   integer, parameter :: chunk = 64
 
+  !> What the dense problem of a tied cluster needs; on all ranks.
   type :: tied_response_t
     !> reason_converged, or why the tied stiffness could not be factored or a solve failed
     integer :: reason = 0
