@@ -6,7 +6,10 @@ from collections.abc import Callable
 
 
 def at_least(least: int) -> Callable[[str], int]:
-    """Returns a conversion of a text to a whole number, for argparse; a smaller number is an error."""
+    """Returns a function that converts a text to a whole number of at least `least`, for argparse.
+
+    It raises ArgumentTypeError if the text is no whole number, or if the number is smaller.
+    """
 
     def convert(text: str) -> int:
         if not text.isdecimal() or int(text) < least:

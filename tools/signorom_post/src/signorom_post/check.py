@@ -29,6 +29,6 @@ def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator
 
 
 def follow_pictures(log: Log, check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
-    """Writes the pictures like `write_pictures`, and shows the progress."""
+    """Writes the pictures like `write_pictures`, yields the path of each, and shows the progress."""
     n_pictures = 1 + len(check.names["contacts"])
     return log.follow("pictures", write_pictures(check, output, file_format), n_pictures)

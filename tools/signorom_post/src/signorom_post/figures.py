@@ -81,7 +81,7 @@ def write_figures(
 def follow_figures(
     log: Log, results: Results, output: Path, file_format: str, options: FigureOptions
 ) -> Iterator[Outcome]:
-    """Writes the figures like `write_figures`, and shows the progress."""
+    """Writes the figures like `write_figures`, yields the outcome of each, and shows the progress."""
     names = [name for name in BUILDERS if options.only is None or name in options.only]
     outcomes = write_figures(results, output, file_format, options)
     return log.follow("figures", outcomes, len(names), lambda outcome: names.index(outcome.name) + 1)

@@ -196,7 +196,7 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
 
 
 def add_inputs(variables: ET.Element, model: Model) -> None:
-    """Adds the parameters of the model as inputs, which may change at any time."""
+    """Adds the parameters of the model to the element `variables` as inputs, which may change at any time."""
     start = middle(model)
     for i, parameter in enumerate(model.parameters):
         attributes = {
@@ -215,7 +215,7 @@ def add_inputs(variables: ET.Element, model: Model) -> None:
 
 
 def add_output(variables: ET.Element, output: Output, reference: int) -> None:
-    """Adds one output to the variables; `reference` is its value reference."""
+    """Adds one output to the element `variables`; `reference` is its value reference."""
     attributes = {
         "name": output.name,
         "valueReference": str(reference),

@@ -134,7 +134,11 @@ _SIGNATURES = {
 
 
 def find_library() -> str:
-    """Returns the path or name of the online library, from the places above; LibraryError if it is in none of them."""
+    """Returns the path or name of the online library; LibraryError if it is not found.
+
+    The places are, in this order, the path in SIGNOROM_LIBRARY (which is not checked), the folder `lib` of this
+    package, the loader's path, and the build folder of the sources.
+    """
     named = os.environ.get("SIGNOROM_LIBRARY")
     if named:
         return named

@@ -46,11 +46,11 @@ class Log:
         self._file = None
 
     def result(self, text: object) -> None:
-        """Writes a result that the user asked for to stdout."""
+        """Writes a result that the user asked for to stdout, and to the file if there is one."""
         self._say(str(text), sys.stdout)
 
     def note(self, text: object) -> None:
-        """Writes a message about progress or errors to stderr."""
+        """Writes a message about progress or errors to stderr, and to the file if there is one."""
         self._say(str(text), sys.stderr)
 
     def to_file_only(self, text: str) -> None:

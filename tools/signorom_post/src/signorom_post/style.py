@@ -85,7 +85,7 @@ def cluster_colors(n: int) -> list[str]:
 def new_figure(width: float, height: float, has_equal_axes: bool = False) -> Figure:
     """Returns an empty figure of this size [inch], which needs no display.
 
-    `has_equal_axes`: the axes have equal scales, and the layout leaves no gaps between them.
+    `has_equal_axes`: the caller gives the axes equal scales; the layout then leaves no gaps between them.
     """
     figure = Figure(figsize=(width, height), layout="compressed" if has_equal_axes else "constrained")
     FigureCanvasAgg(figure)

@@ -10,7 +10,7 @@ from signorom_post.readers.check import find_check_file, read_check
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post check` to its parser."""
     parser.add_argument(
         "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
     )

@@ -12,7 +12,7 @@ from signorom_post.online import Model
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post fmu` to its parser."""
     parser.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
     parser.add_argument(
         "--output", metavar="FILE", type=Path, help="default: the deck's title with .fmu, beside MODEL"

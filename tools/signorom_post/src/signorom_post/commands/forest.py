@@ -10,7 +10,7 @@ from signorom_post.forest import need_scikit_learn, train_forest
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post forest` to its parser."""
     parser.add_argument(
         "labels",
         metavar="LABELS.csv",

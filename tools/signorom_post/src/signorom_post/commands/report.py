@@ -10,7 +10,7 @@ from signorom_post.results import Results
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post report` to its parser."""
     parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     parser.add_argument("--output", metavar="FILE", type=Path, help="default: RESULTS_DIR/report.html")
 

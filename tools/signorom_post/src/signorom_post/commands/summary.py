@@ -9,7 +9,7 @@ from signorom_post.summary import format_summary
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post summary` to its parser."""
     parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
 
 

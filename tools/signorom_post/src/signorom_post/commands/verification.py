@@ -12,7 +12,7 @@ from signorom_post.verification import format_markdown, write_csv
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post verification` to its parser."""
     parser.add_argument(
         "results",
         metavar="RESULTS_DIR",

@@ -11,7 +11,7 @@ from signorom_post.view import PICTURES, write_view
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post view` to its parser."""
     parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/view")
     parser.add_argument("--point", metavar="P", help="number or label of the point; default: the middle one")

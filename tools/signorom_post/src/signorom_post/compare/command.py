@@ -18,7 +18,7 @@ from signorom_post.program import terminable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post compare` to its parser."""
     parser.add_argument(
         "results", metavar="RESULTS_DIR", type=Path, nargs="*", help="left by signorom run DECK --benchmark"
     )

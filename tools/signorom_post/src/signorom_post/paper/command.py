@@ -73,7 +73,7 @@ class PaperOptions:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
+    """Adds the arguments of `signorom-post paper` to its parser."""
     parser.add_argument(
         "--output", metavar="DIR", type=Path, default=Path("results/paper"), help="default: results/paper"
     )

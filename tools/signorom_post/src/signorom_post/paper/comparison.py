@@ -17,7 +17,7 @@ def percent(value: float) -> str:
 
 
 def count(value: float) -> str:
-    """Returns the text of a whole number."""
+    """Returns the text of a number rounded to a whole number."""
     return f"{value:.0f}"
 
 
@@ -53,7 +53,7 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Returns in one word whether `ours` lies within the limits; ABSENT if there are no limits."""
+        """Whether `ours` lies within the limits: WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST, or ABSENT without limits."""
         if self.allowed is None:
             return ABSENT
         if self.allowed[0] <= self.ours <= self.allowed[1]:
@@ -61,7 +61,10 @@ class Comparison:
         return OUTSIDE if self.is_robust else OUTSIDE_NOT_ROBUST
 
     def cells(self) -> list[str]:
-        """Returns the texts of the columns. A star marks a number that is not robust."""
+        """Returns the texts of COLUMNS.
+
+        A star marks a number that is not robust; parentheses mark a number beside ours that is not from the paper.
+        """
         cut = ABSENT if self.cut is None else self.show(self.cut)
         paper = ABSENT if self.paper is None else self.show(self.paper)
         paper = paper if self.is_published else f"({paper})"

@@ -132,7 +132,10 @@ def error_map_of(validation: Validation, title: str) -> ErrorMap:
 
 
 def map_table(results: Results, extra: int) -> list[Row]:
-    """Returns one row per point with errors, numbers of active contacts, and the solver; `extra` is the extra modes."""
+    """Returns one row per test point with errors, numbers of active contacts, and the solver.
+
+    `extra` is the number of extra modes of the model, which stands in each row.
+    """
     validation = results.validation
     names = ("e_u", "e_lambda_rid", "e_lambda_all", "n_active", "n_active_full_order")
     return [

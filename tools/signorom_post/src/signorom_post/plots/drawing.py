@@ -72,7 +72,10 @@ def draw_shaded(
 
 
 def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("x", "y")) -> None:
-    """Gives the axes equal scales, limits with a margin around `points`, and labels with their names and the unit."""
+    """Gives the axes equal scales, limits with a margin around `points`, and labels with their names and the unit.
+
+    `points` has the shape (n, 2) and is in `unit`.
+    """
     low, high = points.min(axis=0), points.max(axis=0)
     margin = 0.03 * float(np.max(high - low))
     axes.set_xlim(low[0] - margin, high[0] + margin)

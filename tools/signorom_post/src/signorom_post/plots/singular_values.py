@@ -49,7 +49,7 @@ class Decay:
 
 
 def singular_values(model: Model) -> Figure:
-    """Returns the figure of `decays` for the clusters of a model."""
+    """Returns a figure of the singular values and energy tails of each cluster of a model, by `decays`."""
     return decays(
         [
             Decay(

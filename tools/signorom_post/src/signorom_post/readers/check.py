@@ -43,11 +43,14 @@ class CheckFile:
         return self.fields[name].values
 
     def of(self, kind: int, **labels: int) -> list[IntArray]:
-        """Returns the nodes of the cells of a kind whose fields have these values, such as `contact=1, side=2`."""
+        """Returns the nodes of each cell of a kind (BODY, BOUNDARY, SURFACE or LINK) whose fields have these values.
+
+        `labels` are names of cell fields with the values, such as `contact=1, side=2`.
+        """
         return [self.cells[i] for i in self.indices(kind, **labels)]
 
     def indices(self, kind: int, **labels: int) -> IntArray:
-        """Returns the indices of the cells of a kind whose fields have these values, such as `contact=1, side=2`."""
+        """Returns the indices of the cells of a kind whose fields have these values; arguments as for `of`."""
         is_chosen = self["kind"] == kind
         for name, value in labels.items():
             is_chosen = is_chosen & (self[name] == value)

@@ -86,7 +86,7 @@ class Hdf5Input:
             return name in self._file
 
     def names(self, group: str) -> list[str]:
-        """Returns the sorted names in a group; empty if the group is missing."""
+        """Returns the sorted names of the datasets and groups in a group; empty if the group is missing."""
         with self._guarded(f"group '{group}'"):
             node = self._file.get(group)
             return sorted(node) if isinstance(node, h5py.Group) else []

@@ -21,8 +21,8 @@ def read_report(path: Path) -> dict[str, Any]:
 def read_sections(path: Path, kind: str) -> dict[str, Any]:
     """Returns the sections of a YAML file: key -> value.
 
-    InputError if the file is missing, cannot be read, is not YAML, or has no sections; the message then names the
-    `kind` of file.
+    InputError if the file is missing, cannot be read, is not YAML, or has no sections. `kind` names the kind of file in
+    the message about missing sections.
     """
     require_file(path)
     try:
