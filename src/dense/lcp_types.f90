@@ -84,7 +84,8 @@ module sig_lcp_types
 
 contains
 
-  !> Allocates the arrays for n unknowns. Arrays that are large enough stay as they are; others lose their contents.
+  !> Allocates the arrays for n unknowns. If they are large enough already, they stay as they are. Otherwise all contents are lost,
+  !> and Lemke's method needs reserve_tableau again.
   pure subroutine reserve(self, n)
     class(lcp_workspace_t), intent(inout) :: self
     integer, intent(in) :: n

@@ -56,8 +56,8 @@ module sig_nnls
 
 contains
 
-  !> Keeps A for `solve`: scales its columns to length 1 and computes their products with each other. A matrix with an entry that is
-  !> not finite is replaced by zero.
+  !> Keeps A for `solve`: scales its columns to length 1 and computes their products with each other (for at most most_products
+  !> columns). A matrix with an entry that is not finite is replaced by zero.
   subroutine prepare(self, matrix)
     class(nnls_t), intent(inout) :: self
     !> A, shape (n_rows, n_columns)

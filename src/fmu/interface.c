@@ -52,8 +52,8 @@ FMI3_EXPORT fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
   return fmi3OK;
 }
 
-/* The inputs at the end of the step are set already, and the outputs depend on nothing else. If there are no outputs,
- * the time stays at the start of the step. */
+/* The inputs at the end of the step are set already, and the outputs depend on nothing else. If the model has no answer
+ * there, last_time is the start of the step, and the time of the instance does not change. */
 FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3Float64 step, fmi3Boolean is_final,
                                   fmi3Boolean *needs_events, fmi3Boolean *terminates, fmi3Boolean *is_early,
                                   fmi3Float64 *last_time) {

@@ -49,7 +49,7 @@ static inline bool is_output(const unit_t *unit, fmi3ValueReference reference) {
 
 /* Opens the model (model.h5) and the table of outputs (outputs.txt) in the folder `resources`, and sets the inputs to
  * their start values. The table must begin with the same `token`. Returns null after a failure; the log has the reason,
- * except where there is no memory for the first allocation. unit_free frees the instance. */
+ * but not always if memory is missing. unit_free frees the instance. */
 unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironment environment,
                     fmi3LogMessageCallback log);
 /* Closes the model and frees the instance; null is allowed. */

@@ -11,8 +11,8 @@ module sig_condition_number
 contains
 
   !> Computes kappa = sigma_max / sigma_n_rows and the rank of a matrix. Source: (11). Paper: it gives no convention for rank <
-  !> n_rows; here kappa is infinite then. An empty matrix has kappa 1 and rank 0, because no row is badly determined. A matrix that
-  !> is not finite has rank 0 and an infinite kappa.
+  !> n_rows; here kappa is infinite then. A matrix without rows has kappa 1 and rank 0, because no row is badly determined. A matrix
+  !> that is not finite has rank 0 and an infinite kappa.
   subroutine condition_number(matrix, rank_tolerance, kappa, rank)
     !> shape (n_rows, n_columns): multipliers by modes
     real(rk), intent(in) :: matrix(:, :)
