@@ -104,6 +104,7 @@ contains
 
   !> Computes the LU factors of a square matrix with row exchanges, in place.
   subroutine factor_lu(n, a, pivots, info)
+    !> order of the matrix
     integer, intent(in) :: n
     !> on entry the matrix, on exit its factors, in the first n rows and columns, shape (>= n, >= n)
     real(rk), contiguous, intent(inout) :: a(:, :)
@@ -117,6 +118,7 @@ contains
 
   !> Computes b = A^-1 b, with the factors of factor_lu.
   subroutine solve_lu_vector(n, factors, pivots, b)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
     integer, contiguous, intent(in) :: pivots(:)
@@ -128,6 +130,7 @@ contains
 
   !> Computes b = A^-1 b for the columns of b, with the factors of factor_lu.
   subroutine solve_lu_matrix(n, factors, pivots, b)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
     integer, contiguous, intent(in) :: pivots(:)
@@ -140,6 +143,7 @@ contains
   !> [-] Returns an estimate of the reciprocal condition number 1 / (|A| |A^-1|) in the 1-norm, from the factors of factor_lu; 1 for
   !> an empty matrix, 0 where the inverse is not finite.
   real(rk) function reciprocal_condition_lu(n, factors, norm, work, signs) result(reciprocal)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factors(:, :)
     !> |A| in the 1-norm
@@ -153,6 +157,7 @@ contains
 
   !> Computes the Cholesky factor L of A = L L', in place. Only the lower triangle is read and written.
   subroutine factor_cholesky(n, a, info)
+    !> order of the matrix
     integer, intent(in) :: n
     !> on entry the matrix, on exit L, in the first n rows and columns, shape (>= n, >= n)
     real(rk), contiguous, intent(inout) :: a(:, :)
@@ -164,6 +169,7 @@ contains
 
   !> Computes b = A^-1 b, with the factor of factor_cholesky.
   subroutine solve_cholesky(n, factor, b)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
     !> shape (>= n)
@@ -174,6 +180,7 @@ contains
 
   !> Computes b = L^-1 b, with the factor of factor_cholesky. The sum of squares of the result is b' A^-1 b of the original b.
   subroutine reduce_cholesky(n, factor, b)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
     !> shape (>= n)
@@ -184,6 +191,7 @@ contains
 
   !> Returns 1 / (|A| |A^-1|) as reciprocal_condition_lu does, from the factor of factor_cholesky.
   real(rk) function reciprocal_condition_cholesky(n, factor, norm, work, signs) result(reciprocal)
+    !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
     !> |A| in the 1-norm

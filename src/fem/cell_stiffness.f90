@@ -14,6 +14,7 @@ contains
   !> Returns the dofs of a cell in natural numbering, node by node.
   pure function cell_dofs(mesh, i_cell) result(dofs)
     type(mesh_t), intent(in) :: mesh
+    !> 1-based
     integer, intent(in) :: i_cell
     !> shape (n_dim * number of nodes of the cell)
     integer, allocatable :: dofs(:)
@@ -31,6 +32,7 @@ contains
   function cell_stiffness(mesh, body, i_cell) result(stiffness)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: i_cell
     !> [force/length, force/length**2 in the plane] symmetric
     real(rk), allocatable :: stiffness(:, :)

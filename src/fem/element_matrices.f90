@@ -21,6 +21,7 @@ contains
   !> The strain matrices of all integration points stand in one matrix, so that one product is enough.
   function element_stiffness(model, table, coordinates, hooke) result(stiffness)
     type(mechanical_model_t), intent(in) :: model
+    !> shape functions of the element type
     type(shape_table_t), intent(in) :: table
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: coordinates(:, :)
@@ -48,7 +49,9 @@ contains
   !> displacements, node by node; shears are angles.
   pure subroutine strains_at_point(model, table, i_point, coordinates, strain, volume)
     type(mechanical_model_t), intent(in) :: model
+    !> shape functions of the element type
     type(shape_table_t), intent(in) :: table
+    !> number of the integration point, 1-based
     integer, intent(in) :: i_point
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: coordinates(:, :)
@@ -68,7 +71,9 @@ contains
 
   !> Computes the gradients of the shape functions in space at an integration point, and the volume of this point.
   pure subroutine physical_gradients(table, i_point, coordinates, gradients, volume)
+    !> shape functions of the element type
     type(shape_table_t), intent(in) :: table
+    !> number of the integration point, 1-based
     integer, intent(in) :: i_point
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: coordinates(:, :)

@@ -154,6 +154,7 @@ contains
   !> Returns the imposed strain [-] at an integration point, shears as angles; zero where nothing is imposed.
   pure function at_point(self, i_cell, i_point) result(strain)
     class(strain_field_t), intent(in) :: self
+    !> 1-based
     integer, intent(in) :: i_cell
     !> 1-based among the integration points of the cell
     integer, intent(in) :: i_point

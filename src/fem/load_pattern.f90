@@ -61,6 +61,7 @@ contains
   !> Adds the forces on all dofs to one term; zeros are left out.
   pure subroutine add_forces(self, i_term, forces)
     class(load_pattern_t), intent(inout) :: self
+    !> index of the term, 1-based
     integer, intent(in) :: i_term
     !> [force] shape (n_dofs)
     real(rk), intent(in) :: forces(:)
@@ -74,6 +75,7 @@ contains
   !> Adds an entry of 1: the value of the term is then the force [force] on the dof.
   pure subroutine add_unit(self, i_term, dof)
     class(load_pattern_t), intent(inout) :: self
+    !> index of the term, 1-based
     integer, intent(in) :: i_term
     !> natural
     integer, intent(in) :: dof
@@ -99,6 +101,7 @@ contains
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> number of all dofs
     integer, intent(in) :: n_dofs
     !> [force] natural, shape (n_dofs)
     real(rk) :: forces(n_dofs)
@@ -116,6 +119,7 @@ contains
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> number of all dofs
     integer, intent(in) :: n_dofs
     !> [force] natural, shape (n_dofs)
     real(rk) :: sizes(n_dofs)

@@ -25,7 +25,9 @@ contains
     type(load_config_t), intent(in) :: loads(:)
     !> for messages
     character(*), intent(in) :: deck_path
+    !> gets the functions of the parameters
     type(term_set_t), intent(inout) :: terms
+    !> the nodal forces
     type(load_pattern_t), intent(out) :: pattern
     type(error_t), allocatable, intent(out) :: error
     integer :: i, term_of_dof(mesh%n_dim * mesh%n_nodes)

@@ -18,6 +18,7 @@ contains
   pure integer function count_points(mesh, body, cells) result(n)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: cells(:)
     integer :: i
 
@@ -66,6 +67,7 @@ contains
   pure subroutine interpolate_at_points(mesh, body, cells, nodal, values)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: cells(:)
     !> values at all nodes of the mesh, shape (n_nodes)
     real(rk), intent(in) :: nodal(:)

@@ -36,6 +36,7 @@ contains
     type(boundary_config_t), intent(in) :: entries(:)
     !> [force] of the supports on the body, natural, shape (n_dofs)
     real(rk), intent(in) :: nodal_reactions(:)
+    !> one per name of a boundary
     type(reaction_t), allocatable, intent(out) :: reactions(:)
     type(error_t), allocatable :: error
     integer, allocatable :: nodes(:), dofs(:)

@@ -252,7 +252,9 @@ contains
     character(*), intent(in) :: text
     !> for the place in the deck
     type(strain_part_t), intent(in) :: part
+    !> for messages
     character(*), intent(in) :: deck_path
+    !> 1-based; of no use after an error
     integer, intent(out) :: i_term
     type(error_t), allocatable, intent(out) :: error
     type(expression_t) :: expression

@@ -48,6 +48,7 @@ contains
     type(load_config_t), intent(in) :: load
     !> for messages
     character(*), intent(in) :: deck_path
+    !> gets functions of the parameters, or one term per loaded dof (see term_of_dof)
     type(term_set_t), intent(inout) :: terms
     !> for each dof the term that is the force on it, 0 = none yet, shape (n_dofs); all surface loads share these terms
     integer, intent(inout) :: term_of_dof(:)

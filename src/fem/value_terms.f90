@@ -28,7 +28,9 @@ contains
   !> Errors: a function of the place that is not finite at a node.
   subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)
     type(mesh_t), intent(in) :: mesh
+    !> natural, 1-based
     integer, intent(in) :: nodes(:)
+    !> value of the deck: a constant, or an expression of parameters and coordinates
     type(value_config_t), intent(in) :: value
     !> for messages
     character(*), intent(in) :: deck_path

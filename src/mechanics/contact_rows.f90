@@ -143,6 +143,7 @@ contains
   !> Returns the natural dofs of a row, the owner's first.
   pure function dofs_of(self, row) result(dofs)
     class(contact_rows_t), intent(in) :: self
+    !> 1-based
     integer, intent(in) :: row
     integer :: dofs(self%offsets(row + 1) - self%offsets(row))
 

@@ -25,6 +25,7 @@ contains
   !> rows that contain them.
   pure function nodal_areas(rows, n_nodes) result(areas)
     type(contact_rows_t), intent(in) :: rows
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
     !> [length**(n_dim - 1)] zero at nodes without rows; a share, and so an area, may be negative; shape (n_nodes)
     real(rk) :: areas(n_nodes)

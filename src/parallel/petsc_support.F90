@@ -150,6 +150,7 @@ contains
 
   !> Returns the versions of PETSc and SLEPc in use, such as 3.18.5, then the name and version of the MPI library.
   subroutine library_versions(versions, ierr)
+    !> shape (3)
     type(string_t), allocatable, intent(out) :: versions(:)
     PetscErrorCode, intent(out) :: ierr
     integer, parameter :: capacity = 512

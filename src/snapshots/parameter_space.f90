@@ -27,7 +27,9 @@ contains
   !> a grid of one value takes the minimum. Errors, for a list only: the file is missing or damaged (read_points), or a point is
   !> outside of the box.
   subroutine build_points(point_set, parameters, points, error)
+    !> section of the deck that gives the points
     type(point_set_config_t), intent(in) :: point_set
+    !> section parameters of the deck
     type(parameter_config_t), intent(in) :: parameters(:)
     !> [unit of each parameter] shape (n_parameters, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
@@ -99,6 +101,7 @@ contains
   !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, for logs and messages; numbers have up to 10 digits.
   pure function format_point_of_deck(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> in the order of the parameters
     real(rk), intent(in) :: point(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(parameters))

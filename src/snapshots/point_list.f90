@@ -99,6 +99,7 @@ contains
     class(point_list_t), intent(inout) :: self
     !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
     real(rk), intent(inout) :: points(:, :)
+    !> number of points that were read
     integer, intent(out) :: n_points
     type(error_t), allocatable, intent(out) :: error
     !> smallest and largest value of each parameter, shape (2, n_parameters); not checked where absent

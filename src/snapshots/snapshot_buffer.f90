@@ -40,6 +40,7 @@ contains
     character(*), intent(in) :: path
     !> hash of the deck's physics and of the mesh
     character(16), intent(in) :: provenance
+    !> sizes of the arrays of each record; n_dofs is 0 where displacements are not kept
     integer, intent(in) :: n_parameters
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers

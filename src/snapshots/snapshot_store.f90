@@ -201,9 +201,11 @@ contains
     type(snapshot_set_t), intent(in) :: study
     !> shape (m)
     type(snapshot_record_t), intent(in), target :: records(:)
+    !> unit of the displacements
     character(*), intent(in) :: length_unit
     !> unit of force, in plane models of force per length
     character(*), intent(in) :: multiplier_unit
+    !> in the order of the names of the parameters
     type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
     type(h5_writer_t) :: file

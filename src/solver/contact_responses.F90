@@ -28,6 +28,7 @@ contains
   !> hold the rows of this rank. Collective.
   subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> pairs that hold the bodies which only contact holds; none if there are no such bodies
     type(anchors_t), intent(out) :: anchors
     !> [length] G, shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable, intent(out) :: free_response(:, :)

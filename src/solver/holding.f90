@@ -180,6 +180,7 @@ contains
   !> equilibrium.
   pure integer function first_to_block(motions, is_closed, amplitudes, opening) result(first)
     type(rigid_motions_t), intent(in) :: motions
+    !> closed pairs, which do not stop the motion; shape (n_rows)
     logical, intent(in) :: is_closed(:)
     !> amplitudes of the motion, shape (n_free)
     real(rk), intent(in) :: amplitudes(:)

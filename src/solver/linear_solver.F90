@@ -53,6 +53,7 @@ contains
   !> which these dofs take their values. Collective.
   subroutine constrain(system, matrix, dofs, values, forces, constrained, rhs, ierr)
     type(contact_system_t), intent(in) :: system
+    !> the matrix to copy, which does not change
     Mat, intent(in) :: matrix
     !> held dofs, natural
     integer, intent(in) :: dofs(:)
@@ -232,6 +233,7 @@ contains
   !> and n_iterations, which is 0 with the factor. Requires: factor has succeeded. Collective.
   subroutine solve_vector(self, rhs, tolerance, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
+    !> [force]
     Vec, intent(in) :: rhs
     !> [-] relative tolerance of conjugate gradients; 0: the tightest one, that of the options
     real(rk), intent(in) :: tolerance

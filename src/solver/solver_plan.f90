@@ -50,9 +50,11 @@ contains
   !> that is not possible: condensed with more than 5000 multipliers, snesvi where only contact holds a body, or snesvi with gamg
   !> and a PETSc before 3.19. Otherwise it is not allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
+    !> section solver of the deck
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
     type(solver_plan_t), intent(out) :: plan
+    !> sentence for the user
     character(:), allocatable, intent(out) :: message
 
     plan%type = config%type
