@@ -123,7 +123,7 @@ def full_order_differences(signorom, deck, folder, names, point, lengths):
     return [(found[name][::2] - found[name][1::2]) / steps for name in ("multipliers", "displacement")]
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [pytest.param("fuel_rod", marks=pytest.mark.long), *list(CASES)[1:]])
 def test_gradients_are_those_of_the_full_order(signorom, post, tmp_path, name):
     """All parameters, all contacts, all nodes; every kind of model that has derivatives, 2D and 3D."""
     write, kind = CASES[name]

@@ -11,6 +11,7 @@ import yaml
 from program import kill, wait_until
 from results import read_snapshots, read_table
 from runs import files_in, refuse, write_deck
+from spread import spread
 
 pytestmark = pytest.mark.slow
 
@@ -138,9 +139,11 @@ def test_later_stages_work_on_the_selection(projection):
     assert (projection / "validation.csv").exists()
 
 
-@pytest.mark.parametrize("indicator", ["projection", "defect"])
-@pytest.mark.parametrize(("n_ranks", "groups"), [(2, "auto"), (3, "1"), (4, "2")])
-def test_ranks_select_the_same(signorom, request, tmp_path, n_ranks, groups, indicator):
+@pytest.mark.parametrize(
+    ("indicator", "ranks"), spread(["projection", "defect"], [(2, "auto"), (3, "1"), (4, "2")])
+)
+def test_ranks_select_the_same(signorom, request, tmp_path, ranks, indicator):
+    n_ranks, groups = ranks
     changes = {"projection": PROJECTION, "defect": DEFECT}[indicator]
     changes = {key: text.replace("groups: auto", f"groups: {groups}") for key, text in changes.items()}
     found = select(signorom, tmp_path, changes, n_ranks)
@@ -196,7 +199,7 @@ def test_killed_rounds_go_on(signorom, defect, tmp_path, n_ranks, n_ranks_after)
 def test_killed_candidates_go_on(signorom, tmp_path):
     """SIGKILL while candidates are solved: none is solved twice, and the selection is that of an undisturbed run."""
     changes = greedy("max_points: 6") | {"solver: {type: condensed}": "solver: {type: active_set}"}
-    changes = {key: text.replace("sobol: 60", "sobol: 4000") for key, text in changes.items()}
+    changes = {key: text.replace("sobol: 60", "sobol: 2000") for key, text in changes.items()}
     undisturbed = select(signorom, tmp_path / "undisturbed", changes)
     deck = write_deck("shifted_disks", tmp_path, **changes)
     results = tmp_path / "results" / "shifted_disks"
@@ -206,8 +209,8 @@ def test_killed_candidates_go_on(signorom, tmp_path):
     kill(process)
     assert not (results / "snapshots.h5").exists()
     output = signorom("sample", deck.name, folder=tmp_path)
-    there = int(re.search(r"sampled 4000 points \((\d+) were there\)", output).group(1))
-    assert 0 < there < 4000
+    there = int(re.search(r"sampled 2000 points \((\d+) were there\)", output).group(1))
+    assert 0 < there < 2000
     np.testing.assert_array_equal(points_of(results), points_of(undisturbed))
 
 

@@ -51,7 +51,7 @@ def start(signorom, folder, n_parameters, **sections):
     return folder / "results" / "disks"
 
 
-@pytest.fixture(scope="module", params=[1, 3, 4])
+@pytest.fixture(scope="module", params=[1, pytest.param(3, marks=pytest.mark.long), 4])
 def study(request, signorom, tmp_path_factory):
     """Number of parameters, and results of scattered snapshots in three clusters."""
     with pytest.MonkeyPatch.context() as patch:

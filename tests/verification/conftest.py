@@ -11,13 +11,6 @@ TESTS = HERE.parent
 sys.path[:0] = [str(HERE), str(TESTS / "support"), str(TESTS / "reference")]
 
 
-def pytest_addoption(parser):
-    """Longer runs than the test suite's."""
-    parser.addoption(
-        "--all-points", action="store_true", help="compare with active_set at all points: half an hour"
-    )
-
-
 @pytest.fixture(scope="session")
 def signorom():
     """Callable that runs the program and insists on success."""

@@ -7,6 +7,7 @@ import pytest
 import shrink_fit
 from block_meshes import LINEAR, QUADRATIC, Mesh, stacked_blocks
 from runs import read_fields, read_snapshots, read_table, write_input
+from spread import spread
 from thermal_cylinder import ThermalCylinder, bimetal_curvature, logarithmic, parabolic
 
 ROUNDING = 1e-10
@@ -183,8 +184,7 @@ def tensor(cylinder, r):
     return np.column_stack([radial, axial, hoop])
 
 
-@pytest.mark.parametrize("profile", PROFILES)
-@pytest.mark.parametrize("element", ["T3", "Q4", "T6", "Q8", "Q9"])
+@pytest.mark.parametrize(("element", "profile"), spread(["T3", "Q4", "T6", "Q8", "Q9"], list(PROFILES)))
 def test_hollow_cylinder(signorom, tmp_path, figures, element, profile):
     """Errors of displacements and stresses fall as h^2 or faster; 0.1 % of the largest at the finest mesh."""
     errors = []
@@ -265,10 +265,15 @@ def test_formula_meets_the_equations(ends, profile):
         np.testing.assert_allclose((axial - 0.3 * (radial + hoop)) / 2.0 + rise, 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("solver", ["condensed", "active_set", "snesvi"])
-@pytest.mark.parametrize(("ends", "n_ranks"), [("free", 1), ("held", 1), ("held", 2), ("held", 4)])
-def test_heated_shrink_fit(signorom, tmp_path, figures, ends, n_ranks, solver):
+ENDS_AND_RANKS = [("free", 1), ("held", 1), ("held", 2), ("held", 4)]
+
+
+@pytest.mark.parametrize(
+    ("solver", "ends_and_ranks"), spread(["condensed", "active_set", "snesvi"], ENDS_AND_RANKS)
+)
+def test_heated_shrink_fit(signorom, tmp_path, figures, ends_and_ranks, solver):
     """The inner ring dT warmer: the overlap grows by alpha dT d, and by (1 + nu) times that with held ends."""
+    ends, n_ranks = ends_and_ranks
     changes = {"poisson_ratio: 0.3": "poisson_ratio: 0.3, thermal_expansion: 1.1e-5"}
     changes |= {"bore_pressure: {min: 0.0, max: 60.0, unit: MPa}": "heat: {min: 0.0, max: 60.0}"}
     changes |= {"loads:\n": "imposed_strains:\n", "grid: {bore_pressure: 4}": "grid: {heat: 4}"}
@@ -335,8 +340,7 @@ def test_bimetal_strip(signorom, tmp_path, figures):
 UNITS = {"m, °C": ("m", 1.0, 1.0, 0.0), "mm, K": ("mm", 1e3, 1e-6, 273.15)}
 
 
-@pytest.mark.parametrize("units", UNITS)
-@pytest.mark.parametrize("solver", ["condensed", "active_set", "snesvi"])
+@pytest.mark.parametrize(("solver", "units"), spread(["condensed", "active_set", "snesvi"], list(UNITS)))
 def test_heat_closes_a_gap(signorom, tmp_path, figures, solver, units):
     """A bar of length 1 m expands across a gap of 1 mm and presses on one of the same length; cold, it lets go again.
 

@@ -2,6 +2,7 @@
 """Contact of surfaces whose nodes do not match, in the plane and in axisymmetry: dual mortar against known answers."""
 
 import re
+from itertools import product
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import shrink_fit
 from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from gmsh_mesh import make_mesh
 from runs import MESHES, read_fields, read_snapshots, write_deck, write_deck_with, write_input
+from spread import spread
 
 TOLERANCE = 1e-10
 YOUNG_MODULUS = 2.0e6
@@ -72,11 +74,16 @@ def largest_error(mesh, snapshots, name, pressure, is_round=False):
     return np.abs(snapshots["multipliers"][-1] - expected).max() / expected.max()
 
 
-@pytest.mark.parametrize("sizes", [(4, 7), (7, 4), (3, 11)])
-@pytest.mark.parametrize("element", ["T3", "Q4", "T6", "Q8", "Q9"])
-@pytest.mark.parametrize("model", ["plane_strain", "axisymmetric"])
-def test_uniform_pressure(signorom, tmp_path, figures, model, element, sizes):
+MODELS = ["plane_strain", "axisymmetric"]
+ELEMENTS = ["T3", "Q4", "T6", "Q8", "Q9"]
+
+
+@pytest.mark.parametrize(
+    ("case", "sizes"), spread(list(product(MODELS, ELEMENTS)), [(4, 7), (7, 4), (3, 11)])
+)
+def test_uniform_pressure(signorom, tmp_path, figures, case, sizes):
     """nu = 0: E U / H everywhere; forces by the areas of the first surface's nodes, displacements linear."""
+    model, element = case
     up, across = ("z", "r") if model == "axisymmetric" else ("y", "x")
     mesh = blocks(tmp_path / "blocks.msh", *sizes, element)
     supports = [("bottom", f"{across}: 0, {up}: 0"), ("top", f"{across}: 0, {up}: -stroke")]
@@ -89,9 +96,7 @@ def test_uniform_pressure(signorom, tmp_path, figures, model, element, sizes):
     figures.at_most(PATCH, f"forces, {model}, {element}, {sizes}", worst, TOLERANCE, "uniform pressure")
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize(("first", "solver", "n_ranks"), spread(FACES, SOLVERS, [1, 3]))
 def test_turned_blocks(signorom, tmp_path, figures, first, solver, n_ranks):
     """Turned by 30 degrees, either side as the first one, every solver."""
     mesh = blocks(tmp_path / "blocks.msh", 4, 9, angle=np.pi / 6)

@@ -8,6 +8,7 @@ import pytest
 
 from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from runs import read_fields, write_deck_with
+from spread import spread
 
 EXACT = 1e-10
 DISTORTED = 1e-6
@@ -175,8 +176,7 @@ def test_quadratic_faces(signorom, tmp_path, figures, elements):
     )
 
 
-@pytest.mark.parametrize("n_ranks", [1, 2, 4])
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(("solver", "n_ranks"), spread(SOLVERS, [1, 2, 4]))
 def test_solvers_and_ranks(signorom, tmp_path, figures, solver, n_ranks):
     """Tetrahedra on hexahedra, 1 to 4 ranks."""
     mesh = blocks(("T4", "H8"), ((5, 4), (2, 3)))

@@ -9,6 +9,7 @@ import pytest
 from block_meshes import LINEAR, QUADRATIC, Mesh
 from program import find_program
 from runs import read_fields, read_snapshots, read_table
+from spread import spread
 from test_mortar_solid import DISTORTED, EXACT, FACES, SOLVERS, blocks, shrink, solve_patch
 
 PATCH = "patch test in space, faces of six and eight nodes first"
@@ -26,21 +27,21 @@ def add_block(mesh, region, lines, element, faces, seed=0, moved=0.2):
     mesh.elements = before + mesh.elements
 
 
-@pytest.mark.parametrize("first", FACES)
-@pytest.mark.parametrize(
-    ("elements", "sizes"),
-    [
-        (("T10", "H20"), ((7, 8), (2, 2))),
-        (("T10", "H20"), ((2, 2), (7, 8))),
-        (("T10", "T10"), ((3, 3), (5, 4))),
-        (("H20", "H20"), ((3, 2), (5, 7))),
-        (("T10", "H8"), ((2, 3), (7, 8))),
-        (("T4", "H20"), ((5, 4), (2, 2))),
-        (("T10", "H27"), ((3, 2), (4, 4))),
-    ],
-)
-def test_uniform_pressure(signorom, tmp_path, figures, elements, sizes, first):
+PAIRS = [
+    (("T10", "H20"), ((7, 8), (2, 2))),
+    (("T10", "H20"), ((2, 2), (7, 8))),
+    (("T10", "T10"), ((3, 3), (5, 4))),
+    (("H20", "H20"), ((3, 2), (5, 7))),
+    (("T10", "H8"), ((2, 3), (7, 8))),
+    (("T4", "H20"), ((5, 4), (2, 2))),
+    (("T10", "H27"), ((3, 2), (4, 4))),
+]
+
+
+@pytest.mark.parametrize(("pair", "first"), spread(PAIRS, FACES))
+def test_uniform_pressure(signorom, tmp_path, figures, pair, first):
     """Turned by 30 degrees, nu = 0, either side first: E U / H everywhere."""
+    elements, sizes = pair
     said, errors = solve_patch(signorom, tmp_path, blocks(elements, sizes), first)
     assert f"100.0 % of '{first}' faces" in said
     figures.at_most(
@@ -55,8 +56,7 @@ def test_matching_faces_need_no_word_of_the_deck(signorom, tmp_path, figures):
     figures.at_most(PATCH, "matching T10", max(errors.values()), EXACT, "uniform pressure")
 
 
-@pytest.mark.parametrize("first", FACES)
-@pytest.mark.parametrize("kinds", [("T10", "H20"), ("T10", "H27"), ("T10", "H8")])
+@pytest.mark.parametrize(("kinds", "first"), spread([("T10", "H20"), ("T10", "H27"), ("T10", "H8")], FACES))
 def test_two_kinds_of_faces_on_one_surface(signorom, tmp_path, figures, kinds, first):
     """Tetrahedra beside hexahedra, which share the nodes of an edge; linear ones share none."""
     mesh = Mesh()
@@ -93,8 +93,7 @@ def test_distorted_faces(signorom, tmp_path, figures, first):
         figures.at_most(PATCH, name, errors[quantity], DISTORTED, "uniform pressure")
 
 
-@pytest.mark.parametrize("n_ranks", [1, 2, 4])
-@pytest.mark.parametrize("solver", [*SOLVERS, "active_set, linear: gamg"])
+@pytest.mark.parametrize(("solver", "n_ranks"), spread([*SOLVERS, "active_set, linear: gamg"], [1, 2, 4]))
 def test_solvers_and_ranks(signorom, tmp_path, figures, solver, n_ranks):
     """Tetrahedra first, hexahedra second, 1 to 4 ranks."""
     _, errors = solve_patch(
@@ -177,8 +176,7 @@ def largest_difference(found, expected):
     return (np.linalg.norm(found - expected, axis=1) / np.linalg.norm(expected, axis=1)).max()
 
 
-@pytest.mark.parametrize("is_driven", [False, True])
-@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize(("first", "is_driven"), spread(FACES, [False, True]))
 def test_solvers_agree_where_parts_touch(signorom, tmp_path, figures, first, is_driven):
     """Nodes open and close one by one; of the block a quarter is covered. In m and mm, 1 to 4 ranks."""
     runs = {
@@ -224,7 +222,7 @@ def test_forces_balance(signorom, tmp_path, figures, first):
     figures.compare(STAMP, f"force, {first} first", found, load, 1e-10, "the load", "N")
 
 
-@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize("first", [FACES[0], pytest.param(FACES[1], marks=pytest.mark.long)])
 def test_reduced_models(signorom, tmp_path, figures, first):
     """The default model is exact; hyper-reduction has a hat per row, and its bound without W holds."""
     stamp(tmp_path / "stamp.msh", ("H20", "T10"))
@@ -246,7 +244,7 @@ def test_reduced_models(signorom, tmp_path, figures, first):
     )
 
 
-@pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize("first", [pytest.param(FACES[0], marks=pytest.mark.long), FACES[1]])
 def test_hyper_reduction_and_its_bound(signorom, tmp_path, first):
     """A hat per row; the lift moves corners with their mid-side nodes. Errors from the condensed model's W."""
     stamp(tmp_path / "stamp.msh", ("H20", "T10"))
@@ -284,8 +282,10 @@ def rings(path, elements, n_around):
     return mesh
 
 
-@pytest.mark.parametrize("first", ["inner_face", "outer_face"])
-@pytest.mark.parametrize("elements", [("T10", "H20"), ("H20", "H20"), ("T10", "T10")])
+@pytest.mark.parametrize(
+    ("elements", "first"),
+    spread([("T10", "H20"), ("H20", "H20"), ("T10", "T10")], ["inner_face", "outer_face"]),
+)
 def test_shrink_fit(signorom, tmp_path, figures, elements, first):
     """Lame's pressure, whichever side comes first."""
     mesh = rings(tmp_path / "rings.msh", elements, (12, 17))

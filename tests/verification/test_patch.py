@@ -7,14 +7,14 @@ import pytest
 import patch_test
 from gmsh_ascii import read_mesh
 from runs import HERE, read_snapshots, write_deck
+from spread import spread
 
 # Node-to-node contact with matching nodes reproduces the linear solution up to rounding.
 TOLERANCE = 1e-10
 SOLVERS = ("condensed", "active_set", "snesvi")
 
 
-@pytest.mark.parametrize("n_ranks", [1, 2, 3, 4])
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(("solver", "n_ranks"), spread(SOLVERS, [1, 2, 3, 4]))
 def test_uniform_pressure(signorom, tmp_path, figures, solver, n_ranks):
     """All pairs closed, lambda = p times tributary length, u_y linear, u_x = 0."""
     deck = write_deck("patch", tmp_path, **{"type: condensed": f"type: {solver}"})

@@ -11,6 +11,7 @@ import yaml
 
 from block_meshes import QUADRATIC, consistent_areas, stacked_blocks
 from runs import read_fields, write_deck_with
+from spread import spread
 
 TOLERANCE = 1e-10
 YOUNG_MODULUS = 2.0e6
@@ -117,20 +118,22 @@ def test_uniaxial_stress(signorom, tmp_path, figures, model, element, poisson_ra
             assert abs(value) <= TOLERANCE * forces.sum()
 
 
-@pytest.mark.parametrize("n_ranks", [1, 3])
-@pytest.mark.parametrize("solver", ["active_set", "snesvi"])
+OTHER_CASES = [
+    ("axisymmetric", "mixed"),
+    ("solid", "T4"),
+    ("solid", "H8"),
+    ("plane_strain", "T6 and Q8"),
+    ("solid", "H27"),
+]
+
+
 @pytest.mark.parametrize(
-    ("model", "element"),
-    [
-        ("axisymmetric", "mixed"),
-        ("solid", "T4"),
-        ("solid", "H8"),
-        ("plane_strain", "T6 and Q8"),
-        ("solid", "H27"),
-    ],
+    ("case", "solver_and_ranks"),
+    spread(OTHER_CASES, [("active_set", 1), ("snesvi", 1), ("active_set", 3), ("snesvi", 3)]),
 )
-def test_other_solvers_and_ranks(signorom, tmp_path, model, element, solver, n_ranks):
+def test_other_solvers_and_ranks(signorom, tmp_path, case, solver_and_ranks):
     """The multipliers by the solvers that need no dense matrix, on one and three ranks."""
+    (model, element), (solver, n_ranks) = case, solver_and_ranks
     mesh = stacked_blocks(element, 3 if model == "solid" else 2)
     mesh.write(tmp_path / "blocks.msh")
     deck = patch_deck(tmp_path, model, 0.3)

@@ -146,7 +146,7 @@ def test_errors_agree_with_table_1(signorom, folder, figures):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n_extra", [3, 6, 12, 15])
+@pytest.mark.parametrize("n_extra", [*(pytest.param(n, marks=pytest.mark.long) for n in (3, 6, 12)), 15])
 def test_errors_agree_with_the_rest_of_table_1(signorom, folder, figures, n_extra):
     check_table_1(signorom, folder, figures, n_extra)
 

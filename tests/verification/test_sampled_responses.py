@@ -62,17 +62,13 @@ def study_of(name, folder):
     [
         ("modulus in space", "auto", EXACT),
         ("two_materials", "interpolated", TOLERANCE),
-        ("modulus", "auto", EXACT),
-        ("ratios", "interpolated", TOLERANCE),
-        ("hanging", "interpolated", TOLERANCE),
+        pytest.param("modulus", "auto", EXACT, marks=pytest.mark.long),
+        pytest.param("ratios", "interpolated", TOLERANCE, marks=pytest.mark.long),
+        pytest.param("hanging", "interpolated", TOLERANCE, marks=pytest.mark.long),
     ],
 )
-def test_points_are_those_of_their_own_stiffness(
-    request, signorom, tmp_path, figures, name, stiffness, allowed
-):
+def test_points_are_those_of_their_own_stiffness(signorom, tmp_path, figures, name, stiffness, allowed):
     """Few factorizations give all points, at 2 ranks that share them out."""
-    if name in ("modulus", "ratios", "hanging") and not request.config.getoption("--all-points"):
-        pytest.skip("a minute; --all-points runs it")
     deck = study_of(name, tmp_path)
     snapshots, told = sample(signorom, deck, stiffness, n_ranks=2)
     reference, told_reference = sample(signorom, deck, "factored")

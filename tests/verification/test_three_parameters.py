@@ -80,7 +80,7 @@ def test_ranks_choose_the_same_hats(signorom, tmp_path, figures, monkeypatch):
     for n_ranks in (1, 2):
         folder = tmp_path / str(n_ranks)
         folder.mkdir()
-        deck = write_input(NAME, folder, {"sobol: 800": "sobol: 120", "number: 4": "number: 3"})
+        deck = write_input(NAME, folder, {"sobol: 800": "sobol: 80", "number: 4": "number: 3"})
         signorom("sample", deck, folder=folder, n_ranks=n_ranks)
         signorom("train", deck, folder=folder, n_ranks=n_ranks)
         with h5py.File(folder / "results" / NAME / "model.h5") as file:

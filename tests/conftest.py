@@ -1,0 +1,19 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which tests run: `--all-points` adds those that take long, and asks others at more points."""
+
+
+def pytest_addoption(parser):
+    """Longer runs than the test suite's."""
+    parser.addoption(
+        "--all-points", action="store_true", help="run the tests marked long, and ask others at all points"
+    )
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leaves out the tests marked long, whose neighbors in the same file see the same code."""
+    if config.getoption("--all-points"):
+        return
+    left_out = [item for item in items if item.get_closest_marker("long")]
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
