@@ -14,7 +14,7 @@ module sig_snapshot_store
   implicit none(type, external)
   private
   public :: snapshot_set_t, all_points, columns_of, point_index
-  public :: pick_records, read_snapshot_set, records_of_set, take_points, write_snapshots
+  public :: pick_records, read_snapshot_set, records_of_set, write_snapshots
 
   character(*), parameter :: format_name = 'signorom snapshots'
   !> 2: with a seal
@@ -313,7 +313,7 @@ contains
     if (allocated(error)) return
     if (size(shape) == 2) set%n_dofs = shape(1)
     if (.not. has_matching_shapes(set, shape)) then
-      call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path)
+      call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path, hint=sample_again)
     else if (.not. all(ieee_is_finite(set%parameters))) then
       ! points are looked for later, and such a point would not be found
       call make_error(error, 'the snapshots are damaged: a point contains infinite values or values that are not numbers', &

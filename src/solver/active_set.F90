@@ -10,12 +10,13 @@ module sig_active_set
   use sig_kinds, only: rk
   use sig_linear_solver, only: constrain, hold, linear_solver_t, set_near_null_space
   use sig_log, only: log_warning
+  use sig_next_active_set, only: next_active_set
   use sig_petsc_support, only: create_vector
   use sig_reasons, only: reason_converged, reason_linear_solver, reason_max_iterations, reason_pulled_off
   use petsc
   implicit none(type, external)
   private
-  public :: active_set_t, next_active_set, finish_state
+  public :: active_set_t, finish_state
 
   !> The contact solver `active_set`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: active_set_t
@@ -341,24 +342,6 @@ contains
     set(k) = .false.
     set(first) = .true.
   end subroutine exchange_hold
-
-  !> Returns the closed pairs of the next step: a closed pair stays closed unless it pulls, an open one closes if it penetrates.
-  pure function next_active_set(is_closed, multipliers, penetration, length_scale, noise) result(next)
-    logical, intent(in) :: is_closed(:)
-    !> [force] shape (n_rows)
-    real(rk), intent(in) :: multipliers(:)
-    !> [length] > 0 beyond the bound, shape (n_rows)
-    real(rk), intent(in) :: penetration(:)
-    !> [length] size of the displacements
-    real(rk), intent(in) :: length_scale
-    !> [-] share of the largest of its kind below which a number is rounding
-    real(rk), intent(in) :: noise
-    logical :: next(size(is_closed))
-    real(rk) :: force_scale
-
-    force_scale = maxval(abs(multipliers), mask=is_closed)
-    next = merge(multipliers >= -noise * force_scale, penetration > noise * length_scale, is_closed)
-  end function next_active_set
 
   !> Sets displacement and multipliers of the state. The multiplier of a pair that its is_active calls open, or that pulls, is zero.
   pure subroutine finish_state(form, system, unknowns, residual, state)
