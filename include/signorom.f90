@@ -155,9 +155,9 @@ module signorom
       import :: c_double, c_int, c_ptr
       type(c_ptr), value :: model
       real(c_double), intent(in) :: multipliers(*)
-      real(c_double), intent(out), optional :: areas(*)
-      real(c_double), intent(out), optional :: forces(*)
-      real(c_double), intent(out), optional :: moments(*)
+      real(c_double), intent(out) :: areas(*)
+      real(c_double), intent(out) :: forces(*)
+      real(c_double), intent(out) :: moments(*)
     end function signorom_get_resultants
 
     integer(c_int) function signorom_get_nodes(model, tags, coordinates) bind(c)

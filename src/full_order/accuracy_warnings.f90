@@ -82,11 +82,11 @@ contains
       i_error = findloc(names == judged_names(i), .true., dim=1)
       if (i_error == 0) cycle
       statistics = summarize(errors(i_error, :))
-      if (statistics%n_values == 0 .and. is_measured(names, errors, 'e_lambda_all')) then
+      if (statistics%n_values == 0 .and. judged_names(i) == 'e_u' .and. is_measured(names, errors, 'e_lambda_all')) then
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: the model has no displacement of all nodes')
       else if (statistics%n_values == 0) then
-        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: there is no contact at any of the ' // &
-          to_text(size(errors, 2)) // ' test points')
+        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: it has no value at any of the ' // &
+          to_text(size(errors, 2)) // ' test points (no contact there, or no full-order solution)')
       else if (statistics%median > largest_median(i)) then
         call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)))
       else if (statistics%p95 > largest_p95(i)) then

@@ -28,9 +28,9 @@ module sig_condensed_training
 
 contains
 
-  !> Makes the fallback of a hyper-reduced model. There is none without contact rows, where reduction.max_full_order_size is 0,
-  !> where the stiffness cannot be factored, or, with a warning in the log, where the problem cannot be condensed. Collective on all
-  !> ranks, with the same result on each.
+  !> Makes the fallback of a hyper-reduced model. There is none without contact rows, where reduction.max_full_order_size is 0, or,
+  !> with a warning in the log, where the problem cannot be condensed or its stiffness cannot be factored. Collective on all ranks,
+  !> with the same result on each.
   subroutine condense_fallback(full_order, multipliers, part, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
@@ -48,8 +48,7 @@ contains
     reason = why_not_condensed(full_order%problem)
     if (full_order%problem%rows%n_rows == 0 .or. full_order%problem%deck%reduction%max_full_order_size <= 0) return
     if (reason /= '') then
-      call log_warning('the model keeps no full-order operator: ' // reason // &
-        '; where the reduced problem has no solution there will be no answer')
+      call warn_of_no_fallback(reason)
       return
     end if
     ! displacements of all nodes or of none: elsewhere the reduced basis gives them
@@ -57,10 +56,21 @@ contains
     if (all_dofs_fit(full_order%problem)) &
       plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
     PetscCall(condense(full_order, plan, reduced, ierr))
-    if (.not. allocated(reduced)) return
+    if (.not. allocated(reduced)) then
+      call warn_of_no_fallback('the stiffness cannot be factored')
+      return
+    end if
     call measure_forces(multipliers, reduced)
     call move_alloc(reduced, part)
   end subroutine condense_fallback
+
+  !> Warns in the log that the model has no full-order operator.
+  subroutine warn_of_no_fallback(reason)
+    character(*), intent(in) :: reason
+
+    call log_warning('the model keeps no full-order operator: ' // reason // &
+      '; where the reduced problem has no solution there will be no answer')
+  end subroutine warn_of_no_fallback
 
   !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,
   !> with the same result on each.

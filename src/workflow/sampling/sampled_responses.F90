@@ -91,7 +91,10 @@ contains
       if (problem%has_fixed_stiffness .or. wish == 'factored') return
       if (wish == 'auto' .and. .not. may_condense(problem)) return
       call find_body_constants(problem, self%constants, error)
-      if (allocated(error)) return
+      if (allocated(error)) then
+        call tell_why_factored(wish, error%message)
+        return
+      end if
       if (wish == 'auto' .and. any_variable(self%constants)) return
       n_first = merge(n_first_interpolated, n_first_exact, any_variable(self%constants))
       n_stiffnesses = count_distinct(varying_constants(problem%deck, problem%material_terms, points))
@@ -99,7 +102,7 @@ contains
         (1 + problem%rows%n_rows / solves_per_factorization))
       reason = why_not(problem, self%constants, self%n_most, n_ranks)
       if (reason /= '') then
-        if (wish == 'interpolated') call log_info('each point is solved with its own stiffness: ' // reason)
+        call tell_why_factored(wish, reason)
         return
       end if
     end associate
@@ -108,6 +111,15 @@ contains
     allocate (self%forces(problem%rows%n_rows, n_first), source=0.0_rk)
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
+
+  !> Tells a user who asked for interpolation why there is none.
+  subroutine tell_why_factored(wish, reason)
+    !> training.stiffness of the deck
+    character(*), intent(in) :: wish
+    character(*), intent(in) :: reason
+
+    if (wish == 'interpolated') call log_info('each point is solved with its own stiffness: ' // reason)
+  end subroutine tell_why_factored
 
   !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice and
   !> another solver is planned. Local.
@@ -135,7 +147,7 @@ contains
         reason = 'the responses of ' // to_text(n_dofs) // ' dofs to ' // to_text(problem%rows%n_rows) // &
           ' multipliers need too much memory'
       else if (n_nodes > n_most) then
-        reason = 'for so few stiffnesses this takes less time than the responses'
+        reason = 'there are so few stiffnesses that the responses would take longer'
       end if
     end associate
   end function why_not
@@ -215,12 +227,12 @@ contains
     type(error_t), allocatable, intent(in) :: error
     character(:), allocatable :: text
 
-    text = 'the forces of ' // counted(size(self%is_solved), 'point') // ' that have their own stiffness'
+    text = 'the forces of ' // counted(size(self%is_solved), 'point') // ' that were solved with their own stiffness'
     if (allocated(error)) then
       call log_warning('each point is solved with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      call log_warning('each point is solved with its own stiffness: responses that should be exact miss ' // text // ' by ' // &
-        short_number(self%reduced%measured_error))
+      call log_warning('each point is solved with its own stiffness: the responses should be exact, but they miss ' // &
+        text // ' by ' // short_number(self%reduced%measured_error))
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // '); they miss ' // text // ' by at most ' // &

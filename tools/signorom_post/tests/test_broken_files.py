@@ -133,7 +133,7 @@ def test_missing_dataset_is_named(folder: Path, name: str, dataset: str) -> None
         ("fields.h5", "mesh/topology", [7, 0, 1], "the cell type 7"),
         ("fields.h5", "mesh/topology", [4, 0, 1], "ends within a cell"),
         ("fields.h5", "mesh/coordinates", [[0.0, 1.0]], "has 2 columns"),
-        ("fields.h5", "contact/first/nodes", [0] * 11, "names item 0"),
+        ("fields.h5", "contact/first/nodes", [0] * 11, "has the number 0; allowed are 1 to"),
         ("fields.h5", "contact/first/nodes", [1, 2], "do not fit each other"),
         ("fields.h5", "contact/second/starts", [0, 1], "do not fit each other"),
         ("fields.h5", "points/0002/displacement", [[0.0, 0.0, 0.0]], "has 1 entries"),
@@ -204,7 +204,7 @@ def test_inconsistent_enrichment(folder: Path, column: str, value: str, sentence
 def test_csv_without_points(folder: Path) -> None:
     path = folder / "validation.csv"
     path.write_text(path.read_text().splitlines()[0] + "\n")
-    assert message_of(path) == "there is a header but no point"
+    assert message_of(path) == "there is a header but no row below it"
 
 
 @pytest.mark.parametrize("text", ["a: [1, 2", "a: 1\n b: 2\n", "\t- x"])

@@ -25,27 +25,29 @@ class CsvInput:
         require_file(path)
         try:
             with path.open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.reader(file) if row]
+                reader = csv.reader(file)
+                rows = [(reader.line_num, row) for row in reader if row]
         except (UnicodeDecodeError, csv.Error) as error:
             raise InputError(path, "this is not a CSV file") from error
         except OSError as error:
             raise InputError(path, f"the file cannot be read ({error.strerror})") from error
-        self.header = [name.strip() for name in rows[0]] if rows else []
+        self.header = [name.strip() for name in rows[0][1]] if rows else []
         missing = [name for name in columns if name not in self.header]
         if missing:
             raise InputError(path, f"the header lacks the columns {', '.join(missing)}")
         if len(rows) < 2:
-            raise InputError(path, "there is a header but no point")
+            raise InputError(path, "there is a header but no row below it")
+        # with the number of the line in the file, 1-based
         self._rows = rows[1:]
 
     def texts(self, name: str) -> list[str]:
         """Returns a column as texts, one per row. InputError if a row has another number of values than the header."""
         i_column = self.header.index(name)
-        for i_row, row in enumerate(self._rows):
+        for i_line, row in self._rows:
             if len(row) != len(self.header):
                 sentence = f"has {len(row)} values for {len(self.header)} columns; is the file truncated?"
-                raise InputError(self.path, f"line {i_row + 2} {sentence}")
-        return [row[i_column].strip() for row in self._rows]
+                raise InputError(self.path, f"line {i_line} {sentence}")
+        return [row[i_column].strip() for _, row in self._rows]
 
     def numbers(self, name: str) -> FloatArray:
         """Returns a column as numbers, nan where a cell is empty; shape (n_rows).
@@ -58,6 +60,6 @@ class CsvInput:
             try:
                 values[i_row] = float(text or "nan")
             except ValueError as error:
-                sentence = f"line {i_row + 2}, column '{name}': '{text}' is not a number"
+                sentence = f"line {self._rows[i_row][0]}, column '{name}': '{text}' is not a number"
                 raise InputError(self.path, sentence) from error
         return values

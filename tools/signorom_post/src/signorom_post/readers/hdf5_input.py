@@ -136,7 +136,7 @@ class Hdf5Input:
         values = self.integers(name)
         if values.size and (values.min() < lowest or values.max() > n_items):
             outside = values[(values < lowest) | (values > n_items)][0]
-            raise self.fail(f"dataset '{name}' names item {outside}; there are {n_items}")
+            raise self.fail(f"dataset '{name}' has the number {outside}; allowed are {lowest} to {n_items}")
         return values - 1
 
     def quantity(self, name: str) -> Quantity:
