@@ -208,7 +208,7 @@ contains
     else if (file_kinds(file_kind_of(command%name))%name /= 'DECK' .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
     else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
-      call make_error(error, '--at goes with check only where --fields does, too')
+      call make_error(error, 'check takes --at only together with --fields')
     end if
   end subroutine check_options
 

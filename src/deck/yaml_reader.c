@@ -181,12 +181,12 @@ static void take_key(builder_t *builder, place_t place, const char *text, size_t
   sig_yaml *reading = builder->reading;
   frame_t *frame = &builder->frames[builder->depth - 1];
   if (length == 0) {
-    add_fault(reading, SIG_YAML_REFUSED, place, "an entry without a key");
+    add_fault(reading, SIG_YAML_REFUSED, place, "this entry has no key");
     builder->is_over = true;
     return;
   }
   if (memchr(text, '\n', length) || memchr(text, '\t', length)) {
-    add_fault(reading, SIG_YAML_REFUSED, place, "a key with a line break or a tab in it");
+    add_fault(reading, SIG_YAML_REFUSED, place, "this key has a line break or a tab in it");
     builder->is_over = true;
     return;
   }
@@ -214,7 +214,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
   if (!text) length = 0;
   for (size_t i = 0; i < length; i++)
     if ((unsigned char)text[i] < 0x20 && text[i] != '\n' && text[i] != '\t') {
-      add_fault(builder->reading, SIG_YAML_REFUSED, place, "a text with a control character");
+      add_fault(builder->reading, SIG_YAML_REFUSED, place, "this text has a control character");
       builder->is_over = true;
       return;
     }

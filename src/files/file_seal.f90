@@ -49,7 +49,7 @@ contains
         call make_error(error, 'the file is cut off: ' // to_text(n_found) // ' of ' // to_text(n_sealed) // ' bytes are there', &
           file=path, hint=again)
       else
-        call make_error(error, 'the file is shorter or longer than it was when it was written', file=path, hint=again)
+        call make_error(error, 'the file is longer than it was when it was written', file=path, hint=again)
       end if
     case (changed)
       call make_error(error, 'the file was changed or damaged after it was written: its checksum differs', file=path, hint=again)

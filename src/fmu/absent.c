@@ -17,7 +17,7 @@ MODE(fmi3EvaluateDiscreteStates)
 
 /* The FMU has no variable of the type: an empty list is accepted, any other one is an error. */
 static fmi3Status refuse(fmi3Instance instance, size_t n) {
-  return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this unit has no variable of this type");
+  return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this FMU has no variable of this type");
 }
 
 #define GET_AND_SET(suffix, type)                                                                                      \
@@ -103,7 +103,7 @@ NUMBER(fmi3GetNumberOfEventIndicators)
 
 #define STATES(name, type)                                                                                             \
   FMI3_EXPORT fmi3Status name(fmi3Instance instance, type values[], size_t n) {                                        \
-    return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this unit has no states and no event indicators");         \
+    return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this FMU has no states and no event indicators");          \
   }
 STATES(fmi3SetContinuousStates, const fmi3Float64)
 STATES(fmi3GetContinuousStateDerivatives, fmi3Float64)
@@ -115,21 +115,21 @@ STATES(fmi3GetNominalsOfContinuousStates, fmi3Float64)
  * maxOutputDerivativeOrder and its lists. */
 FMI3_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size) {
   *size = 0;
-  return unit_say(instance, fmi3Error, "states of this unit cannot be written");
+  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
 }
 
 FMI3_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, uint8_t bytes[], size_t n) {
-  return unit_say(instance, fmi3Error, "states of this unit cannot be written");
+  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
 }
 
 FMI3_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const uint8_t bytes[], size_t n,
                                                fmi3FMUState *state) {
-  return unit_say(instance, fmi3Error, "states of this unit cannot be written");
+  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
 }
 
 FMI3_EXPORT fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference references[], size_t n,
                                                 const int32_t orders[], fmi3Float64 values[], size_t n_values) {
-  return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this unit has no derivatives with respect to time");
+  return n == 0 ? fmi3OK : unit_say(instance, fmi3Error, "this FMU has no derivatives with respect to time");
 }
 
 FMI3_EXPORT fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference reference,
@@ -149,10 +149,10 @@ FMI3_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3
                                                            fmi3InstanceEnvironment environment,
                                                            fmi3LogMessageCallback log, fmi3OtherCallback update,
                                                            fmi3OtherCallback lock, fmi3OtherCallback unlock) {
-  if (log) log(environment, fmi3Error, "logStatusError", "this unit has no scheduled execution");
+  if (log) log(environment, fmi3Error, "logStatusError", "this FMU has no scheduled execution");
   return NULL;
 }
 
 FMI3_EXPORT fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clock, fmi3Float64 time) {
-  return unit_say(instance, fmi3Error, "this unit has no scheduled execution");
+  return unit_say(instance, fmi3Error, "this FMU has no scheduled execution");
 }

@@ -86,7 +86,7 @@ static bool open_table(unit_t *unit, fmi3String token, fmi3String resources) {
   char *const path = path_of(resources, "outputs.txt");
   FILE *const file = path ? fopen(path, "r") : NULL;
   const bool is_read = file && read_table(unit, file, token);
-  if (!is_read) unit_say(unit, fmi3Error, "the table of outputs is missing or belongs to another unit");
+  if (!is_read) unit_say(unit, fmi3Error, "resources/outputs.txt is missing, damaged or of another FMU");
   if (file) fclose(file);
   free(path);
   return is_read;
@@ -110,7 +110,7 @@ unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironm
       unit_reset(unit);
       return unit;
     }
-    unit_say(unit, fmi3Error, "there is no memory for the unit");
+    unit_say(unit, fmi3Error, "there is no memory for the FMU");
   }
   unit_free(unit);
   return NULL;

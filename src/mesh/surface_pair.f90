@@ -189,9 +189,9 @@ contains
     real(rk) :: offset
 
     call surfaces%tree%nearest(mesh%coordinates(:, surfaces%first_nodes(i_first)), nearest, offset, surfaces%normals(:, i_first))
-    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest node ' // short_number(offset, fine_digits) // &
-      ' away; allowed is ' // short_number(surfaces%tolerance, fine_digits) // ' (pairing_tolerance ' // &
-      to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // &
+    text = node_text(mesh, surfaces%first_nodes(i_first)) // ' has its nearest node on the second surface ' // &
+      short_number(offset, fine_digits) // ' off its normal; allowed is ' // short_number(surfaces%tolerance, fine_digits) // &
+      ' (pairing_tolerance ' // to_text(surfaces%entry%pairing_tolerance) // ' times the mesh size ' // &
       short_number(surfaces%first_geometry%mesh_size, fine_digits) // ')'
   end function offset_text
 

@@ -145,7 +145,7 @@ contains
     if (.not. handle%has_fields) then
       call handle%fields%evaluate(handle%model%online, handle%point, handle%answer, handle%has_fields)
       if (.not. handle%has_fields) then
-        call keep(handle%message, 'an elastic constant or an imposed strain has no value at this point')
+        call keep(handle%message, 'an elastic constant or an imposed strain has no finite value at this point')
         handle => null()
         return
       end if

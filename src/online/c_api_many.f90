@@ -121,7 +121,8 @@ contains
     associate (has_resultants => [c_associated(given%areas), c_associated(given%forces), c_associated(given%moments)])
       are_consistent = .not. any(has_resultants) .or. (all(has_resultants) .and. c_associated(given%multipliers))
     end associate
-    if (.not. are_consistent) call keep(handle%message, 'areas, forces and moments belong together, and to multipliers')
+    if (.not. are_consistent) call keep(handle%message, &
+      'give areas, forces and moments all or none, and only together with multipliers')
   end function are_consistent
 
   !> Queries one point after the other. code is code_ok; no_answer if a point has no answer; bad_argument, without any query, if the

@@ -26,7 +26,7 @@ contains
     call keep(handle%message, '')
     handle%model => ready_model(model, code)
     if (.not. associated(handle%model)) then
-      call keep(handle%message, 'the model was not opened, or could not be')
+      call keep(handle%message, 'the model is a null pointer, or signorom_open failed for it')
       return
     end if
     code = bad_model

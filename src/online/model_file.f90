@@ -36,7 +36,7 @@ contains
     whole = model
     call complete_model(whole)
     if (find_mismatch(whole) /= '') then
-      call make_error(error, 'the part ''' // find_mismatch(whole) // ''' of the model does not fit the other parts', file=path, &
+      call make_error(error, 'the data ''' // find_mismatch(whole) // ''' of the model do not fit the rest of it', file=path, &
         exit_code=exit_internal)
       return
     end if
@@ -146,7 +146,7 @@ contains
     call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '') then
-      call make_error(error, 'the part ''' // find_mismatch(model) // ''' of the model does not fit the other parts', file=path, &
+      call make_error(error, 'the data ''' // find_mismatch(model) // ''' of the model do not fit the rest of it', file=path, &
         hint=train_hint)
     end if
   end subroutine read_model
@@ -255,8 +255,8 @@ contains
       if (allocated(error)) return
       call create_reduced(kind, model%parts(i)%reduced)
       if (.not. allocated(model%parts(i)%reduced)) then
-        call make_error(error, 'the part ''' // group(2:) // ''' is of the kind ''' // kind // '''; known are: ' // kind_names, &
-          file=path, hint=train_hint)
+        call make_error(error, 'the group ''' // group(2:) // ''' of the model is of the kind ''' // kind // '''; known are: ' // &
+          kind_names, file=path, hint=train_hint)
         return
       end if
       call model%parts(i)%reduced%read(file, group, error)

@@ -2,6 +2,7 @@
 // Cholesky factorization of a stiffness by MUMPS, as the preconditioner of a KSP.
 #include "factorization.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -89,6 +90,9 @@ static PetscErrorCode examine(PC pc, PetscInt infog[2], PetscInt *null_pivots) {
   return 0;
 }
 
+// These codes of MUMPS: the workspace is too small even at its largest, or an allocation failed.
+static bool is_out_of_memory(PetscInt code) { return code == -8 || code == -9 || code == -13; }
+
 PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   PC pc;
   PetscInt infog[2] = {-9, 0}, null_pivots = 0;
@@ -102,8 +106,9 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   }
   *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
   if (infog[0] < 0)
-    snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed: INFOG(1) = %d, INFOG(2) = %d of MUMPS",
-             (int)infog[0], (int)infog[1]);
+    snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d of MUMPS",
+             is_out_of_memory(infog[0]) ? " for lack of memory (linear: gamg needs less)" : "", (int)infog[0],
+             (int)infog[1]);
   return 0;
 }
 

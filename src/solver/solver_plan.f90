@@ -66,11 +66,12 @@ contains
     if (plan%type == 'condensed' .and. sizes%n_multipliers > max_condensed) then
       message = 'condensed can take at most ' // to_text(max_condensed) // &
         ' multipliers, because its matrix is dense; the problem has ' // to_text(sizes%n_multipliers) // &
-        '; type must be active_set, snesvi or auto'
+        '; solver.type must be active_set, snesvi or auto'
     else if (plan%type == 'snesvi' .and. sizes%is_floating) then
-      message = 'snesvi cannot solve a problem in which contact alone holds a body; type must be active_set, condensed or auto'
+      message = 'snesvi cannot solve a problem in which contact alone holds a body; ' // &
+        'solver.type must be active_set, condensed or auto'
     else if (plan%type == 'snesvi' .and. plan%linear == 'gamg' .and. .not. sizes%has_multigrid_vi) then
-      message = 'snesvi needs PETSc 3.19 or later for gamg; linear must be cholesky, or type active_set'
+      message = 'snesvi needs PETSc 3.19 or later for gamg; solver.linear must be cholesky, or solver.type active_set'
     end if
   end subroutine make_solver_plan
 

@@ -66,7 +66,7 @@ static int explain(muParserHandle_t parser, const complaint_t *complaint) {
   }
   *complaint->position = -1;
   if (code == MUP_UNEXPECTED_END)
-    put(complaint->message, complaint->size, "it ends too early");
+    put(complaint->message, complaint->size, "the expression ends too early");
   else if (code == MUP_MISSING_PARENTHESIS)
     put(complaint->message, complaint->size, "a parenthesis is not closed");
   else if (code == MUP_TOO_MANY_ARGUMENTS || code == MUP_TOO_FEW_ARGUMENTS)
@@ -76,7 +76,7 @@ static int explain(muParserHandle_t parser, const complaint_t *complaint) {
     put(complaint->message, complaint->size, mupGetErrorMsg(parser));
   if (strncmp(complaint->message, "Internal error", strlen("Internal error")) == 0)
     put(complaint->message, complaint->size,
-        "it cannot be understood; look for an operator without a number behind it");
+        "the expression cannot be understood; look for an operator without a number behind it");
   return SIG_EXPRESSION_SYNTAX;
 }
 
@@ -152,7 +152,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
   token[0] = message[0] = '\0';
   *expression = NULL;
   if (memchr(text, '\0', text_length)) {
-    put(message, size, "it holds a NUL byte");
+    put(message, size, "the expression holds a NUL byte");
     return SIG_EXPRESSION_SYNTAX;
   }
   sig_expression *own = calloc(1, sizeof *own);

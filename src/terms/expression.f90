@@ -235,7 +235,7 @@ contains
     case (bad_syntax)
       message = sentence // place
     case (several_values)
-      message = 'it gives more than one value'
+      message = 'the expression gives more than one value'
     case (bad_name)
       message = 'the variable name ''' // token // ''' is not allowed in an expression'
     case default

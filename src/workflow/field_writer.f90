@@ -85,7 +85,7 @@ contains
 
     call rows%list_side(is_second, starts, nodes, weights)
     call file%add_shared_array(group // '/starts', starts, '-', &
-      'nodes of contact row k (from 0) are the entries from starts(k) up to, without, starts(k + 1); none: a rigid obstacle')
+      'nodes of contact row k are entries starts(k) to starts(k + 1) - 1, all counted from 0; no entry: a rigid obstacle')
     call file%add_shared_array(group // '/nodes', nodes, '-', '1-based, order of the mesh file; the first one of a row on the ' // &
       'first surface carries its multiplier')
     call file%add_shared_array(group // '/weights', weights, '-', &

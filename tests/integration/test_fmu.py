@@ -213,7 +213,7 @@ def test_foreign_token_and_damaged_model_are_refused(folder):
     instance = Instance(folder, token="another")
     with pytest.raises(Exception, match="Failed to instantiate"):
         instance.start()
-    assert any("another unit" in sentence for sentence in instance.said)
+    assert any("another FMU" in sentence for sentence in instance.said)
     (folder / "resources" / "model.h5").write_bytes(b"no model")
     instance = Instance(folder)
     with pytest.raises(Exception, match="Failed to instantiate"):

@@ -206,8 +206,8 @@ contains
       if (is_done) call keep_round(problem%deck%clusters, trim(merge('split', 'add  ', is_split)), k, attempt, best, outcome)
     end do
     associate (config => problem%deck%clusters)
-      call end_with(config, 'neither a cluster (max_number ' // to_text(config%max_number) // &
-        ') nor a snapshot (max_points ' // to_text(config%refine%max_points) // ') more is possible', outcome)
+      call end_with(config, 'no further cluster (max_number ' // to_text(config%max_number) // &
+        ') and no further snapshot (max_points ' // to_text(config%refine%max_points) // ') is possible', outcome)
     end associate
   end subroutine grow
 

@@ -28,7 +28,7 @@ COMMANDS = {
         "commands.verification",
         "draw and print the table of what the verification tests found",
     ),
-    "fmu": ("commands.fmu", "write a model as a unit of FMI 3.0 for simulators of systems"),
+    "fmu": ("commands.fmu", "write a model as an FMU (FMI 3.0) for system simulators"),
     "compare": ("compare.command", "print a table of models of one problem: sizes, times, errors"),
     "paper": ("paper.command", "run case b of the paper and compare its figures and numbers"),
 }

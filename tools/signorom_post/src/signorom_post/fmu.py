@@ -235,7 +235,7 @@ def documentation(model: Model) -> str:
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'
         f"<body><h1>{html.escape(model.title)}</h1><p>A reduced contact model of Signorom. The inputs are its "
         "parameters. Outside their ranges the outputs are extrapolations, and is_inside_box is false. Where the model "
-        f"has no answer, the unit returns fmi3Discard.</p><pre>{text}</pre></body></html>\n"
+        f"has no answer, the FMU returns fmi3Discard.</p><pre>{text}</pre></body></html>\n"
     )
 
 

@@ -54,7 +54,7 @@ def _worst(group: list[VerifiedFigure]) -> VerifiedFigure:
 def verdict(figures: Sequence[VerifiedFigure]) -> str:
     """Returns a text with the number of verified numbers, and of those that failed."""
     n_failed = sum(not figure.is_passed for figure in figures)
-    return f"{len(figures)} figures, " + (f"{n_failed} FAILED" if n_failed else "all within what is allowed")
+    return f"{len(figures)} numbers, " + (f"{n_failed} FAILED" if n_failed else "all within what is allowed")
 
 
 def format_markdown(figures: Sequence[VerifiedFigure]) -> str:

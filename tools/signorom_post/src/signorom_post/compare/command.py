@@ -32,10 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=at_least(1),
         default=1000,
-        help="that a query is timed at; default: 1000",
+        help="number of random points at which a query is timed; default: 1000",
     )
     parser.add_argument(
-        "--seed", metavar="N", type=at_least(1), default=1, help="of these points; default: 1"
+        "--seed", metavar="N", type=at_least(1), default=1, help="seed of these points; default: 1"
     )
     parser.add_argument("--no-times", action="store_true", help="leave out what depends on the machine")
 
