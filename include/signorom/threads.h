@@ -7,7 +7,7 @@
  * calling thread does its share. */
 void sig_run_threads(int n, void (*work)(int i, void *data), void *data);
 
-/* Returns the number of processors of the machine that are online, at least 1. The process may be bound to fewer. */
+/* Returns the number of processors that this process may use, at least 1. */
 int sig_processor_count(void);
 
 #endif

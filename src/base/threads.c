@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
+#define _GNU_SOURCE /* sched_getaffinity */
 #include "signorom/threads.h"
 
 #include <pthread.h>
+#include <sched.h>
 #include <stdlib.h>
 #include <unistd.h>
 
@@ -36,6 +38,8 @@ void sig_run_threads(int n, void (*work)(int i, void *data), void *data) {
 }
 
 int sig_processor_count(void) {
+  cpu_set_t mine; /* a queue of a cluster, mpirun or taskset may give less than the machine has */
+  if (sched_getaffinity(0, sizeof mine, &mine) == 0) return CPU_COUNT(&mine);
   const long n = sysconf(_SC_NPROCESSORS_ONLN);
   return n > 0 ? (int)n : 1;
 }
