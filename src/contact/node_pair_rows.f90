@@ -52,11 +52,12 @@ contains
     !> [length**(n_dim - 1)] shape (n_pairs)
     real(rk) :: areas(pairs%n_pairs)
     real(rk) :: on_surface(mesh%n_nodes)
-    integer :: i_entry
+    integer :: i_entry, i_group
 
     areas = 0
     do i_entry = 1, size(contact)
-      on_surface = nodal_areas(mesh, body, mesh%groups(find_group(mesh, contact(i_entry)%first%text))%entities)
+      i_group = find_group(mesh, contact(i_entry)%first%text, mesh%n_dim - 1)
+      on_surface = nodal_areas(mesh, body, mesh%groups(i_group)%entities)
       where (pairs%contact_entry == i_entry) areas = on_surface(pairs%first_node)
     end do
   end function areas_of_pairs

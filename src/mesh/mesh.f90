@@ -74,13 +74,17 @@ contains
     nodes = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1:mesh%facet_offsets(i_facet + 1))
   end function nodes_of_facet
 
-  !> Returns the index of the first group with this name, 0 if there is none.
-  pure integer function find_group(mesh, name) result(i_group)
+  !> Returns the index of the first group with this name, 0 if there is none. A region and a surface may have the same name.
+  pure integer function find_group(mesh, name, n_dim) result(i_group)
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: name
+    !> dimension of the group's elements: mesh%n_dim for cells, one less for facets; default: any
+    integer, intent(in), optional :: n_dim
 
     do i_group = 1, size(mesh%groups)
-      if (mesh%groups(i_group)%name == name) return
+      if (mesh%groups(i_group)%name /= name) cycle
+      if (.not. present(n_dim)) return
+      if (mesh%groups(i_group)%n_dim == n_dim) return
     end do
     i_group = 0
   end function find_group

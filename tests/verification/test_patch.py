@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Contact patch test: uniform pressure E U / H, linear displacement."""
 
+import re
+
 import numpy as np
 import pytest
 
 import patch_test
 from gmsh_ascii import read_mesh
-from runs import HERE, read_snapshots, write_deck
+from runs import HERE, read_snapshots, solve_deck, write_deck
 from spread import spread
 
 # Node-to-node contact with matching nodes reproduces the linear solution up to rounding.
@@ -35,6 +37,24 @@ def test_uniform_pressure(signorom, tmp_path, figures, solver, n_ranks):
         worst = max(worst, np.abs(u[:, 1] - expected).max() / stroke, np.abs(u[:, 0]).max() / stroke)
     ranks = "rank" if n_ranks == 1 else "ranks"
     name = f"forces and displacements, {solver}, {n_ranks} {ranks}"
+    figures.at_most("patch test, T3, plane strain", name, worst, TOLERANCE, "uniform pressure")
+
+
+@pytest.mark.parametrize("first_listed", ["region", "surface"])
+def test_region_and_surface_of_one_name(signorom, tmp_path, figures, first_listed):
+    """Physical groups of different dimensions may share a name; the contact's area is that of the surface."""
+    text = (HERE / "meshes" / "patch_blocks.msh").read_text().replace('"lower_face"', '"lower"')
+    head, names, rest = re.split(r"(?s)(?<=\$PhysicalNames\n)\d+\n(.*?)(?=\$EndPhysicalNames)", text)
+    lines = sorted(names.splitlines(), reverse=first_listed == "region")
+    (tmp_path / "blocks.msh").write_text(head + "\n".join([str(len(lines)), *lines, ""]) + rest)
+    changes = {"first: lower_face": "first: lower", "solver:": "output: {points: [{stroke: 0.06}]}\nsolver:"}
+    deck = write_deck("patch", tmp_path, **changes)
+    deck.write_text(re.sub(r"file: [^,}]+patch_blocks.msh", "file: blocks.msh", deck.read_text()))
+    (fields,), _ = solve_deck(signorom, deck)
+    pressure = fields["contact_pressure"][read_mesh(tmp_path / "blocks.msh").nodes_of["upper_face"]]
+    expected = patch_test.pressure(0.06)
+    worst = np.abs(pressure / expected - 1).max()
+    name = f"pressure, {first_listed} of the same name listed first"
     figures.at_most("patch test, T3, plane strain", name, worst, TOLERANCE, "uniform pressure")
 
 
