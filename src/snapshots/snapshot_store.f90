@@ -158,20 +158,27 @@ contains
     chosen%seconds = set%seconds(numbers)
   end function columns_of
 
-  !> Returns the given points, followed by the points of the set that are not among them; shape (n_parameters, number of points).
-  pure function all_points(points, set) result(all)
+  !> Returns the given points and, behind them, the known points that are not among them, each once, in their order. Points that
+  !> differ by rounding only (point_index) are the same.
+  pure function all_points(points, known) result(all)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    type(snapshot_set_t), intent(in) :: set
+    !> may hold a point several times; shape (n_parameters, n_known)
+    real(rk), intent(in) :: known(:, :)
     real(rk), allocatable :: all(:, :)
-    integer :: i
-    logical :: is_new(size(set%parameters, 2))
+    integer :: i, n, n_given
 
-    do i = 1, size(is_new)
-      is_new(i) = point_index(points, set%parameters(:, i), i - 1) == 0
+    n_given = size(points, 2)
+    n = n_given
+    allocate (all(size(points, 1), n_given + size(known, 2)))
+    all(:, :n) = points
+    do i = 1, size(known, 2)
+      if (point_index(points, known(:, i), i - 1) > 0) cycle
+      if (point_index(all(:, n_given + 1:n), known(:, i), 0) > 0) cycle
+      n = n + 1
+      all(:, n) = known(:, i)
     end do
-    all = reshape([points, set%parameters(:, pack([(i, i=1, size(is_new))], is_new))], &
-                  [size(points, 1), size(points, 2) + count(is_new)])
+    all = all(:, :n)
   end function all_points
 
   !> Returns the number of the point that equals the given one except for rounding (1e-12 relative), 0 if there is none.

@@ -431,3 +431,16 @@ def test_full_disk_at_each_file(signorom, tmp_path):
         }
         assert left == ({"snapshots.h5"} if i else {"snapshots.part-1"})
         signorom("run", deck.name, folder=tmp_path)
+
+
+def test_points_of_a_killed_run_outlive_other_training_points(signorom, many_points):
+    """Solved points stay when the deck asks for others in between."""
+    deck, results = many_points
+    kill_sampling(signorom, deck, results)
+    n_solved = n_records(results)
+    text = deck.read_text()
+    deck.write_text(text.replace(f"grid: {{push: {N_POINTS}}}", "grid: {push: 7}"))
+    signorom("sample", deck.name, folder=deck.parent)
+    deck.write_text(text)
+    output = signorom("sample", deck.name, folder=deck.parent)
+    assert int(re.search(r"\((\d+) were there\)", output).group(1)) >= n_solved

@@ -132,7 +132,8 @@ contains
   end subroutine find_finished_points
 
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
-  !> Solutions without displacements are left out if the deck needs displacements. Local.
+  !> Of several solutions of a point the last converged one is kept. Solutions without displacements are left out if the deck needs
+  !> displacements. Local.
   !>
   !> Errors: a file cannot be read, or is of another deck or mesh.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
@@ -142,7 +143,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> the solutions that are found, in the order of the points; also those that did not converge, by their reason
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
-    !> no solution is found; of the given points, then of the others of the file
+    !> no solution is found; of the given points, then of the others
     logical, allocatable, intent(out) :: is_missing(:)
     !> number of dofs of which the store keeps displacements: all if the deck needs them or the file has them, else 0
     integer, intent(out) :: n_stored
@@ -156,7 +157,6 @@ contains
     integer :: i, n_dropped
 
     allocate (records(0))
-    wanted = points
     n_stored = merge(problem%mesh%n_dim * problem%mesh%n_nodes, 0, needs_displacements(problem))
     if (file_exists(store%path())) then
       call read_own_snapshots(problem, store%path(), set, error)
@@ -166,7 +166,6 @@ contains
       else
         if (size(set%reasons) > 0) n_stored = set%n_dofs
         records = records_of_set(set)
-        wanted = all_points(points, set)
       end if
     end if
     shards = store%shards()
@@ -179,9 +178,22 @@ contains
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)
+    wanted = all_points(points, points_of(records, size(points, 1)))
     allocate (is_missing(size(wanted, 2)))
     call pick_records(records, wanted, picked, is_missing)
   end subroutine collect_snapshots
+
+  !> Returns the points of records, shape (n_parameters, size(records)).
+  pure function points_of(records, n_parameters) result(points)
+    type(snapshot_record_t), intent(in) :: records(:)
+    integer, intent(in) :: n_parameters
+    real(rk) :: points(n_parameters, size(records))
+    integer :: i
+
+    do i = 1, size(records)
+      points(:, i) = records(i)%parameters
+    end do
+  end function points_of
 
   !> Reads the merged file of a store. Local.
   !>
