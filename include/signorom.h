@@ -197,7 +197,7 @@ int signorom_get_displacement_sources(const signorom_model *model, int *sources)
  * is no such cluster. */
 int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *n, int *contacts);
 /* Gives the cluster that is the second choice at a point [n_parameters]: the one of the nearest cell of another
- * cluster, or the one with the second most votes of the forest. It is -1 where there is only one cluster.
+ * cluster, or the one with the second most votes of the forest. Clusters count from 0; -1 where there is only one.
  * SIGNOROM_BAD_ARGUMENT: a pointer is null. */
 int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
@@ -256,10 +256,12 @@ int signorom_get_domain_multipliers(const signorom_context *context, double *mul
 /* Gives the contact forces of the last answer on all contacts [n_contacts]. Where a hyper-reduced model answers, the
  * forces outside of the domain are the non-negative combination of the training solutions that fits the answer best. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
-/* Gives the reduced coordinates of the last answer [n_modes], in the unit of lengths. */
+/* Gives the reduced coordinates of the last answer, in the unit of lengths: [n_modes] of that signorom_answer, which
+ * differs between clusters and may be 0. Where the full-order operator answered, they are those of the chosen cluster
+ * under its forces; NaN if they do not exist. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
-/* Gives the displacement of all nodes in the last answer [n_nodes][n_dimensions]; NaN for a node without displacement.
- * SIGNOROM_NO_ANSWER: the model gives contact forces only. */
+/* Gives the displacement of all nodes in the last answer [n_nodes][n_dimensions]; NaN for a node whose displacement the
+ * model does not give (reduction.displacement of the deck). SIGNOROM_NO_ANSWER: the model gives contact forces only. */
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 /* Gives the displacement of the n nodes that the caller chooses, in the last answer [n][n_dimensions].
  * SIGNOROM_NO_ANSWER: one of them has no displacement, or the model gives contact forces only; the array is not
@@ -296,9 +298,9 @@ int signorom_get_stresses(signorom_context *context, double *stress, double *von
  * [n_cells][6], in the order of signorom_get_stresses. The shears are components of the tensor. */
 int signorom_get_imposed_strains(signorom_context *context, double *strain);
 /* Gives the contact fields of the last answer. At the nodes: the force of the other body [n_nodes][n_dimensions],
- * contact pressure and gap [n_nodes] (the gap is NaN off the contacts), and the status [n_nodes]: 0 no contact, 1 open,
- * 2 closed. In the cells: the status [n_cells]: 0 no contact at their nodes, 1 open, 2 closed, 3 closed at some nodes.
- * Any array may be null. */
+ * contact pressure (0 off the contacts) and gap after the displacement (NaN off the contacts) [n_nodes], and the status
+ * [n_nodes]: 0 no contact, 1 open, 2 closed. In the cells: the status [n_cells]: 0 no contact at their nodes, 1 open, 2
+ * closed, 3 closed at some nodes. Any array may be null. Errors as for signorom_get_stresses. */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 

@@ -203,7 +203,7 @@ contains
       return
     end do
     if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
-      call make_error(error, 'predict needs either --at or --points', hint='for example: signorom predict ' // &
+      call make_error(error, 'predict needs one of --at and --points, and not both', hint='for example: signorom predict ' // &
         command%file // ' --at squeeze=0.2')
     else if (file_kinds(file_kind_of(command%name))%name /= 'DECK' .and. command%petsc_options /= '') then
       call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)

@@ -358,8 +358,9 @@ contains
     end do
   end function n_of_set
 
-  !> Returns the candidate that differs least from the word, by at most a third of its letters (rounded up, at least one). Empty if
-  !> there is none. Upper and lower case are equal; of equally near candidates the first one is taken.
+  !> Returns the candidate that differs least from the word: by at most a third of the word's letters (rounded up, at least one),
+  !> and by fewer letters than the candidate has. Empty if there is none. Upper and lower case are equal; of equally near candidates
+  !> the first one is taken.
   pure function did_you_mean(word, candidates) result(text)
     character(*), intent(in) :: word
     type(string_t), intent(in) :: candidates(:)

@@ -13,8 +13,8 @@ module sig_deck_check_strains
 
 contains
 
-  !> Checks the expressions of one entry of the section imposed_strains. They must be finite, as check_field describes. Values and
-  !> components of strains must also be sums of products, as check_products describes.
+  !> Checks the expressions of one entry of the section imposed_strains. All must be finite, as check_field describes. All but
+  !> `reference` (temperature, factor, strain and its components) must also be sums of products, as check_products describes.
   subroutine check_imposed_strain(tree, config, i_strain)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

@@ -133,8 +133,8 @@ contains
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
           '; there ' // are(n_items) // ' only ' // counted(n_items, 'training point'))
       else if (config%greedy%is_used .or. .not. allocated(training%grid)) then
-        call tree%report_at('clusters', 'is regular and needs the cells of training.grid, but there is no grid', &
-          'use method: irregular, or training: {grid: ...}')
+        call tree%report_at('clusters', 'has method: regular (the default), which needs the cells of training.grid; ' // &
+          'there is no such grid', 'use method: irregular, or training: {grid: ...}')
       else if (real(clusters%number, rk) > product(real(training%grid - 1, rk))) then
         call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // '; the training grid has only ' // &
           counted(product(training%grid - 1), 'cell'))

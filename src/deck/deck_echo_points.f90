@@ -38,7 +38,7 @@ contains
     yaml = yaml // '}'
   end function greedy_choice
 
-  !> Returns a set of points without the number of groups as YAML, `{grid: {...}}`.
+  !> Returns a set of points of any kind as YAML, without the number of groups: `{grid: {...}}`, `{sobol: 64, seed: 1}`.
   pure function candidate_set(points, parameters) result(yaml)
     type(point_set_config_t), intent(in) :: points
     type(parameter_config_t), intent(in) :: parameters(:)

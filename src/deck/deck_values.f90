@@ -293,7 +293,7 @@ contains
     call number_of(tree, i_node, number, is_valid)
     if (.not. is_valid) return
     if (abs(number) > real(huge(value), rk)) then
-      call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be a whole number below 2147483648')
+      call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be a whole number from -2147483647 to 2147483647')
     else if (abs(number - anint(number)) > 0) then
       call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be a whole number')
     else

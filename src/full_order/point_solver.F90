@@ -114,11 +114,13 @@ contains
     PetscCall(self%take_body(problem, body, ierr))
   end subroutine look_at
 
-  !> Puts the stiffness of given bodies into the system and frees the solver. The next solve makes the solver anew if the stiffness
-  !> depends on the parameters; otherwise nothing makes it anew, and solve must not be called afterwards. Collective.
+  !> Assembles the stiffness of the whole mesh with given elastic constants, and frees the solver. If the stiffness depends on the
+  !> parameters, the next solve assembles that of its own point and makes the solver anew. If it does not, solve must not be called
+  !> any more. Collective.
   subroutine take_body(self, problem, body, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> elastic constants of all regions of the mesh
     type(elastic_body_t), intent(in) :: body
     PetscErrorCode, intent(out) :: ierr
 

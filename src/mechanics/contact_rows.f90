@@ -264,8 +264,8 @@ contains
     end do
   end subroutine list_side
 
-  !> Returns the share of the row's force that each of its nodes carries, in the order of nodes_of. A share is negative if it pulls.
-  !> The shares of the first side sum up to 1, and so do those of the second side.
+  !> Returns the share of the row's force that each of its nodes carries, in the order of nodes_of. The shares of each side sum up
+  !> to 1; an obstacle has no second side. A share of a mortar row may be negative: this node is pulled where the others are pushed.
   pure function weights_of(self, row) result(weights)
     class(contact_rows_t), intent(in) :: self
     integer, intent(in) :: row

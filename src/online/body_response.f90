@@ -261,12 +261,14 @@ contains
     end do
   end function sum_of_row
 
-  !> Adds (loaded / s + prescribed) theta to `values`, with both matrices interpolated.
+  !> Adds (loaded / s + prescribed) theta(:n_driving_terms) to `values`. s and the interpolation of both matrices are those of the
+  !> point, from theta.
   subroutine add_driven(self, loaded, prescribed, theta, values)
     class(body_response_t), intent(in) :: self
     !> shape (size(values) * n_driving_terms, n_nodes)
     real(rk), contiguous, intent(in) :: loaded(:, :)
     real(rk), contiguous, intent(in) :: prescribed(:, :)
+    !> [-] values of all terms of the model
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(inout) :: values(:)
     real(rk) :: weights(self%nodes%n_nodes()), responses(size(loaded, 1))

@@ -135,8 +135,8 @@ contains
     handle => null()
   end function answered_context
 
-  !> Returns the numbers of the nodes that the caller chose, 0-based; it copies nothing. It returns null if n is negative, `nodes`
-  !> is null or a number is out of range; then the message of the context says so.
+  !> Returns the numbers of the nodes that the caller chose, 0-based; it copies nothing. With n = 0 the result is empty. It is null
+  !> if n is negative, `nodes` is null (also with n = 0) or a number is out of range; then the message of the context says so.
   function chosen_nodes(handle, n, nodes) result(chosen)
     type(context_handle_t), intent(inout) :: handle
     !> number of chosen nodes

@@ -33,8 +33,10 @@ module sig_hat_functions
 
 contains
 
-  !> Returns one hat per contact row of the domain, in the order of the rows. The hat is on the preferred side, or on the other side
-  !> where the preferred side has no node that can move along the normal. A row where neither side can move has no hat.
+  !> Returns at most one hat per contact row of the domain, in the order of the rows. The hat is on the preferred side, or on the
+  !> other one where the preferred side cannot have a hat. A row where neither side can have one has no hat. A side can have a hat
+  !> if a node can move along the normal without changing other rows: on the first side the owner of the row, with which owners of
+  !> other rows may have to move (more_nodes); on the second side its only node, if no other row has that node.
   !>
   !> The hats of both sides change B V in the same way except for the sign, so both give the same kappa. Source: section 3.3. Local.
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
@@ -187,7 +189,8 @@ contains
     selected%more_values = hats%more_values(:, places)
   end function select_hats
 
-  !> Returns the hats as displacement fields.
+  !> Returns the hats as displacement fields with natural dofs, one per column: the motion of the hat's node and of the nodes that
+  !> move with it.
   pure function hat_columns(hats, n_dofs) result(columns)
     type(hat_set_t), intent(in) :: hats
     integer, intent(in) :: n_dofs

@@ -230,7 +230,8 @@ contains
     if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
   end function without_end
 
-  !> Finds which parameter each column holds.
+  !> Finds which parameter each column of the first line holds; any order. Errors: an unknown or repeated column, a parameter
+  !> without a column.
   subroutine read_header(path, i_line, line, names, columns, error)
     character(*), intent(in) :: path
     integer, intent(in) :: i_line

@@ -196,7 +196,10 @@ contains
     to%seconds = from%seconds
   end subroutine move_record
 
-  !> Opens the file. If there is an error, the handle is null and the counts are zero.
+  !> Opens the file. For writing: creates it if it is missing and cuts a damaged end off; n_records whole records are left,
+  !> n_dropped were cut off. For reading: the file does not change, n_records counts all records, also damaged ones, and n_dropped
+  !> is 0. After an error the handle is null and the counts are zero. Errors: the file is no shard, is of another version, deck,
+  !> mesh or size, or cannot be opened; for reading, it is missing.
   subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: provenance

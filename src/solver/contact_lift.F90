@@ -73,7 +73,8 @@ contains
     call move_alloc(first, self%values)
   end subroutine create
 
-  !> Lists the dofs that each row moves: its own dofs, and those of the owners that follow its own owner.
+  !> Sets lift%starts and lift%dofs: for each row its own dofs, then those of the owners that must move with its owner so that
+  !> other rows do not change (followers). The owner of a row is the node of the first side that the row belongs to.
   subroutine list_dofs(rows, followers, lift)
     type(contact_rows_t), intent(in) :: rows
     type(followers_t), intent(in) :: followers

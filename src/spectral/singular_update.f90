@@ -92,7 +92,8 @@ contains
     if (length <= epsilon(length) * norm2(column)) length = 0
   end function outside_part
 
-  !> Returns the root between the two lowest poles, or the lowest pole where its weight is zero.
+  !> Returns the smallest root x^(1/2) of the equation of ratio_with_column. It lies between the two lowest poles (above the pole,
+  !> if there is one only), and is the lowest pole where the weight of that is zero.
   pure real(rk) function smallest_root(poles, weights) result(root)
     !> d_i, ascending, >= 0
     real(rk), intent(in) :: poles(:)

@@ -243,10 +243,12 @@ contains
     end select
   end function explain
 
-  !> Returns the message for a word `token` that is not among the names.
+  !> Returns the message for a word `token` that is not among the names: the known names, and a similar name or function if there is
+  !> one. For the name of a function it says that arguments are needed.
   pure function explain_unknown(names, token, place) result(message)
     type(string_t), intent(in) :: names(:)
     character(*), intent(in) :: token
+    !> where the word stands, such as ` (character 5)`; may be empty
     character(*), intent(in) :: place
     character(:), allocatable :: message
     type(string_t), allocatable :: known(:), functions(:)

@@ -320,13 +320,15 @@ contains
     end do
   end subroutine add_strip
 
-  !> Appends the Gauss points along t at one s.
+  !> Appends to `rule` the Gauss points with t in `piece`, at one s of the unit square (s, t).
   pure subroutine add_line(vertices, corners, s, piece, weight_of_s, rule)
     real(rk), intent(in) :: vertices(:, :)
+    !> as in add_strip
     integer, intent(in) :: corners(4)
     real(rk), intent(in) :: s
     !> interval of t
     real(rk), intent(in) :: piece(2)
+    !> Gauss weight of s times the width of its strip
     real(rk), intent(in) :: weight_of_s
     type(facet_rule_t), intent(inout) :: rule
     real(rk) :: along_s(3), along_t(3), length, t, values(4)

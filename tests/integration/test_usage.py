@@ -48,7 +48,7 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
             (["check"], r"error: the command check needs a deck"),
             (["predict"], r"error: the command predict needs a model"),
             (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
-            (["predict", "model.h5"], r"error: predict needs either --at or --points"),
+            (["predict", "model.h5"], r"error: predict needs one of --at and --points"),
             (["predict", "model.h5", "--at"], r"error: the option --at needs a value"),
             (
                 ["run", "a.yaml", "--at", "a=1"],

@@ -60,7 +60,7 @@ contains
       call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // ' to cluster; ' // &
         counted(n_clusters, 'cluster') // ' cannot be made from them')
     case (k_medoids_bad_dissimilarity)
-      call make_error(error, 'a dissimilarity of two items is negative, infinite or not a number')
+      call make_error(error, 'the clusters cannot be made: a distance of two items is negative, infinite or not a number')
     case default
       call make_error(error, 'k-medoids failed with status ' // to_text(status))
     end select

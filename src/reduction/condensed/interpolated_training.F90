@@ -305,7 +305,8 @@ contains
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
       'points: ' // short_number(data%measured_error))
     if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
-      'points is an estimate. For a bound, at most one constant of each body may vary, and not too much: a ratio of ' // &
-      'moduli, or Poisson''s ratio if the body has one material. A common factor of all moduli is free')
+      'points is an estimate. For a bound, at most one constant of each body may vary: a ratio of moduli by a ' // &
+      'factor of at most about 9, or, if the body has one material, Poisson''s ratio nu, with 1 - 2 nu by such a factor. A ' // &
+      'common factor of all moduli may vary freely')
   end subroutine log_nodes
 end module sig_interpolated_training

@@ -170,7 +170,8 @@ contains
     end do
   end subroutine add_weighted
 
-  !> Fills data%bodies(:)%bound of the bodies with has_identity. Requires: the stiffness of the team is that of the places.
+  !> Fills data%bodies(:)%bound of each body whose stiffness is a factor times an affine function of one elastic constant
+  !> (has_identity). Requires: the stiffness of the team is that of the places.
   !> Collective on all ranks.
   subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
     type(problem_t), intent(in) :: problem
@@ -178,8 +179,9 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> as in solve_at
     real(rk), intent(in) :: places(:)
-    !> [length] E, and the responses at the places; rows of this rank
+    !> [length] E = U - U_I at the places; rows of this rank, columns as in solve_at
     real(rk), intent(in) :: missing(:, :)
+    !> [length] the responses U at the places, same shape
     real(rk), intent(in) :: columns(:, :)
     type(anchors_t), intent(in) :: anchors
     class(interpolated_data_t), intent(inout) :: data

@@ -93,8 +93,8 @@ contains
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
 
-  !> Raises data%largest_field to the largest size of the displacements by modes at the training points. Local. Requires:
-  !> data%modes.
+  !> Raises data%largest_field to the largest energy norm |u_r|_K at the training points; u_r is the displacement by modes under
+  !> the full-order contact forces. Local. Requires: data%modes.
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

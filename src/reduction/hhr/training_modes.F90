@@ -109,9 +109,12 @@ contains
 
     PetscCall(snapshot_lengths(snapshots, comm, lengths, ierr))
     if (.not. any(lengths > 0)) then
-      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path)
+      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path, &
+        hint='take training points with loads or displacements that are not zero')
     else if (any(snapshots%forces() > 0)) then
-      call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path)
+      call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path, &
+        hint='take training points with larger contact forces; if there are none, the bodies are too stiff or held too firmly ' // &
+        'for a reduced model')
     else
       call make_error(error, 'the bodies touch at none of these training points: every snapshot is the response without ' // &
         'contact, so there is nothing to make modes of', path, hint='take training points at which they touch, or fewer clusters')

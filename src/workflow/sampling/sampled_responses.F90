@@ -231,8 +231,9 @@ contains
     if (allocated(error)) then
       call log_warning('each point is solved with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      call log_warning('each point is solved with its own stiffness: the responses should be exact, but they miss ' // &
-        text // ' by ' // short_number(self%reduced%measured_error))
+      call log_warning('one factorization should give the other points exactly, but it misses ' // text // ' by ' // &
+        short_number(self%reduced%measured_error) // ' (relative); so each point is solved with its own stiffness, which is ' // &
+        'exact but takes longer')
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // '); they miss ' // text // ' by at most ' // &

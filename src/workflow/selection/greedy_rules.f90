@@ -27,7 +27,7 @@ contains
 
   !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others. The first
   !> point after the initial ones whose indicator is at most the tolerance is left out with all later ones. Afterwards the
-  !> selection counts as not finished.
+  !> selection counts as not finished, also if nothing was left out.
   subroutine cut_at_end(deck, selection)
     type(deck_config_t), intent(in) :: deck
     type(selection_t), intent(inout) :: selection

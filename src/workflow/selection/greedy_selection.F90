@@ -19,9 +19,9 @@ module sig_greedy_selection
 
 contains
 
-  !> Selects the training points and solves them: writes selection.csv and snapshots.h5 into the folder, and by projection also
-  !> candidates.h5. Does nothing if an earlier run has finished this. A signal ends it early (outcome%is_stopped). Collective on all
-  !> ranks; errors are known to all.
+  !> Selects the training points and solves them: writes selection.csv and snapshots.h5 into the folder, and with indicator:
+  !> projection also candidates.h5. If an earlier run has finished this, it only reads the selection. A signal ends it early
+  !> (outcome%is_stopped). Collective on all ranks; errors are known to all.
   !>
   !> Errors: there are fewer candidates than greedy.initial; those of begin_selection, is_complete and of the selection itself.
   subroutine select_points(full_order, folder, outcome, selection, error, ierr)

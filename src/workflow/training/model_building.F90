@@ -176,7 +176,8 @@ contains
     associate (deck => full_order%problem%deck)
       if (deck%reduction%method == 'condensed') then
         call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
-          hint='take a larger reduction.max_full_order_size, or method: hhr')
+          hint='take reduction.method: auto or hhr; if the matrix is too large, a larger ' // &
+          'reduction.max_full_order_size helps, too')
       else
         call log_info('hyper-reduction (reduction.method: auto): ' // reason)
         if (deck%reduction%displacement%type /= 'auto') call log_info( &

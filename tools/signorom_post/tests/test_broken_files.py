@@ -207,6 +207,13 @@ def test_csv_without_points(folder: Path) -> None:
     assert message_of(path) == "there is a header but no row below it"
 
 
+def test_blank_lines_of_a_csv_count(folder: Path) -> None:
+    path = folder / "enrichment.csv"
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0], "", "", lines[1] + ",1"]))
+    assert message_of(path).startswith("line 4 has ")
+
+
 @pytest.mark.parametrize("text", ["a: [1, 2", "a: 1\n b: 2\n", "\t- x"])
 def test_broken_yaml_names_the_line(tmp_path: Path, text: str) -> None:
     path = tmp_path / "report.yaml"

@@ -88,7 +88,7 @@ def test_markdown_is_aligned_and_has_a_verdict(results: Path) -> None:
     lines = format_markdown(read_verification(results)).splitlines()
     assert len(lines) == 2 + 3 + 2
     assert len({len(line) for line in lines[:5]}) == 1
-    assert lines[-1] == "3 figures, all within what is allowed."
+    assert lines[-1] == "3 numbers, all within what is allowed."
 
 
 def test_command_prints_and_draws(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,7 +111,7 @@ def test_failure_is_shown_counted_and_in_the_exit_code(
 ) -> None:
     write(results / "test_d.csv", MODES)
     assert main(["verification", str(results)]) == 1
-    assert capsys.readouterr().out.splitlines()[-1] == "4 figures, 1 FAILED."
+    assert capsys.readouterr().out.splitlines()[-1] == "4 numbers, 1 FAILED."
 
 
 def test_every_cell_is_drawn_inside_the_figure(results: Path) -> None:

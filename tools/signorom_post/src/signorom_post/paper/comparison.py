@@ -53,7 +53,10 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Whether `ours` lies within the limits: WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST, or ABSENT without limits."""
+        """Whether `ours` lies within `allowed`, as one of the texts WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST and ABSENT.
+
+        OUTSIDE_NOT_ROBUST: outside, but `is_robust` is False; ABSENT: `allowed` is None.
+        """
         if self.allowed is None:
             return ABSENT
         if self.allowed[0] <= self.ours <= self.allowed[1]:

@@ -94,10 +94,12 @@ def domains_of_clusters(
     papers: Sequence[published.LocalModel],
     remark: str = "",
 ) -> Outcome:
-    """Returns pictures, tables and sizes of the reduced integration domains of local models.
+    """Returns pictures and tables of the reduced integration domains of at most three local models.
+
+    Their numbers of modes and of contact pairs are compared with those of the paper; `remark` goes into each comparison.
 
     `where` is the figure of the paper, such as `Fig. 17`: names of tables and pictures are then `fig17a`, `fig17b`, ...
-    `papers` are the sizes in the paper, in the order of `clusters`.
+    `papers` are the numbers in the paper, one entry per cluster in the order of `clusters`.
     """
     outcome = Outcome({}, {})
     for i, (cluster, paper) in enumerate(zip(clusters, papers, strict=True), start=1):

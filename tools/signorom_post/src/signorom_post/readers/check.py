@@ -63,7 +63,10 @@ class CheckFile:
 
 
 def find_check_file(path: Path) -> Path:
-    """Returns the path of check.h5: in the results folder `path`, beside the XDMF file `path`, or `path` itself."""
+    """Returns the path of the file to read, which may be missing.
+
+    It is check.h5 in the folder `path`, for an XDMF file the .h5 file of the same name, and otherwise `path` itself.
+    """
     if path.is_dir():
         return path / "check.h5"
     return path.with_suffix(".h5") if path.suffix == ".xdmf" else path

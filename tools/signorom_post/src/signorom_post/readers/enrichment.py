@@ -35,7 +35,7 @@ class History:
 
     @property
     def n_hats(self) -> int:
-        """Number of hat functions."""
+        """Number of hat functions that were added in all."""
         return len(self.pairs) - 1
 
     def first_solvable(self) -> int | None:
