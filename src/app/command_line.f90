@@ -10,7 +10,7 @@ module sig_command_line
 
   !> What the arguments of the program ask for.
   type :: command_t
-    !> init, check, solve, sample, train, validate, run, predict, describe, help or version
+    !> init, check, solve, sample, train, validate, run, predict, describe, help or version (also for --help, -h and --version)
     character(:), allocatable :: name
     !> path of the deck, of the mesh (init) or of the model (predict, describe)
     character(:), allocatable :: file
@@ -42,7 +42,8 @@ contains
   !>
   !> Errors: no command, an unknown command or option, an option of another command, an option without a value or with a wrong one,
   !> no file or a word too many, predict without exactly one of --at and --points, check with --at but without --fields, PETSc
-  !> options for a command without PETSc. After --help or --version neither the file nor combinations are checked.
+  !> options for a command without PETSc. For help and version neither the file nor combinations are checked, but a word too many is
+  !> an error.
   subroutine parse_command_line(arguments, command, error)
     !> without the name of the program
     type(string_t), intent(in) :: arguments(:)

@@ -24,7 +24,7 @@ contains
 
   !> Writes a first deck beside the mesh of the command. Rank 0 does the work. Collective on all ranks, which all get the exit code.
   !>
-  !> Errors are printed and give the exit code: the mesh cannot be read; the deck exists already or cannot be written.
+  !> Errors are printed and give the exit code: those of read_mesh; the deck exists already or cannot be written.
   subroutine init_deck(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -41,8 +41,8 @@ contains
     exit_code = error%exit_code
   end subroutine init_deck
 
-  !> Writes the deck beside the mesh, with the name of the mesh and the ending .yaml. Errors: the mesh cannot be read; the deck
-  !> exists already or cannot be written.
+  !> Writes the deck beside the mesh, with the name of the mesh and the ending .yaml. Errors: those of read_mesh; the deck exists
+  !> already or cannot be written.
   subroutine write_draft(mesh_path, error)
     character(*), intent(in) :: mesh_path
     type(error_t), allocatable, intent(out) :: error

@@ -34,7 +34,8 @@ module sig_predicted_fields
 
 contains
 
-  !> Returns the folder of the fields: beside the table, or `predicted_fields` beside the model if the table goes to the terminal.
+  !> Returns the folder of the fields: beside the table, with its name without ending and `_fields` (`a/b_fields` for `a/b.csv`), or
+  !> `predicted_fields` beside the model if the table goes to the terminal.
   pure function fields_folder(model_path, output) result(folder)
     character(*), intent(in) :: model_path
     !> path of the table; empty = the terminal
@@ -45,7 +46,8 @@ contains
     if (output /= '') folder = directory_of(output) // '/' // base_name(output) // '_fields'
   end function fields_folder
 
-  !> Starts the files. Errors: why_no_fields has a reason; the model cannot answer; the folder or the files cannot be created.
+  !> Makes the folder if it is missing, and starts the files in it. Errors: why_no_fields has a reason; the model cannot answer; the
+  !> folder or the files cannot be created.
   subroutine create(self, online, model_path, folder, error)
     class(predicted_fields_t), intent(inout) :: self
     !> prepared

@@ -32,8 +32,8 @@ module sig_stage_report
 
 contains
 
-  !> Adds the deck, the planned solver, the sizes, the versions, the run and the times of the set-up to the report. Collective on
-  !> all ranks.
+  !> Adds the deck, the planned solver, notes and condition number of the contacts, warnings, provenance, the sizes, the versions,
+  !> the run and the times of the set-up to the report. Collective on all ranks.
   subroutine describe_problem(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report

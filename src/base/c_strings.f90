@@ -37,6 +37,7 @@ contains
   end function from_pointer
 
   function from_sized_pointer(pointer, length) result(text)
+    !> not null, unless the length is 0
     type(c_ptr), intent(in) :: pointer
     !> number of bytes
     integer(c_size_t), intent(in) :: length

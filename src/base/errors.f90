@@ -75,7 +75,8 @@ contains
     if (error%line > 0 .and. error%column > 0) text = text // ':' // to_text(error%column)
   end function error_location
 
-  !> Returns the text that the user sees: place and message, then the source line with a marker below it, then the hint.
+  !> Returns the text that the user sees: place and message; then the line of source_text with the error, if it has this line, and a
+  !> marker below it, if the column is known; then the hint, if there is one. The text has no line end at its end.
   !>
   !>     disks.yaml:17:18: error: poisson_ratio is 0.52; it must be less than 0.5
   !>       17 |   poisson_ratio: 0.52

@@ -38,7 +38,8 @@ module sig_progress
 
 contains
 
-  !> Starts a loop of n_total steps, and draws an empty bar if stderr is a terminal.
+  !> Starts a loop of n_total steps, and draws an empty bar if stderr is a terminal. If the log is not shown now (is_log_shown),
+  !> neither this nor advance and finish draw or write anything.
   subroutine start(self, label, n_total)
     class(progress_t), intent(inout) :: self
     !> name of the work, for example `sampling`
@@ -57,7 +58,8 @@ contains
     if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
   end subroutine start
 
-  !> Sets the number of steps that are done. Draws the bar again after 0.1 s, or without a bar writes a log line after 10 s.
+  !> Sets the number of steps that are done. If 0.1 s have passed since the last drawing, draws the bar again; without a bar, writes
+  !> a log line after 10 s. Beside a bar, the log file gets a line after 10 s.
   subroutine advance(self, n_done)
     class(progress_t), intent(inout) :: self
     integer, intent(in) :: n_done

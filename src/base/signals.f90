@@ -12,7 +12,8 @@ module sig_signals
 contains
 
   !> Makes SIGINT and SIGTERM set a flag from now on; an earlier request is forgotten. A process that has not ended `grace` seconds
-  !> after the signal is ended, whatever it does.
+  !> after the signal is ended with exit code 130, whatever it does, and its unfinished files are removed. From now on a write that
+  !> would make a file larger than allowed (ulimit -f) fails and no longer ends the process.
   subroutine install_stop_signals(grace)
     !> [s] time between the signal and the forced end
     real(rk), intent(in) :: grace

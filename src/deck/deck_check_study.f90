@@ -233,8 +233,8 @@ contains
     end do
   end subroutine check_output_points
 
-  !> Checks that each option has a known prefix, and that each value follows an option. A word with a minus sign and a letter is an
-  !> option.
+  !> Checks that each option has a known prefix, and that each value follows an option, which has at most one value. is_option says
+  !> which words are options.
   subroutine check_petsc_options(tree, options)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: options

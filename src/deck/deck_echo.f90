@@ -61,8 +61,8 @@ contains
   end function echo_physics
 
   !> Returns this deck's first line of the sections clusters, reduction and certificate that is different in another deck with all
-  !> defaults, without the blanks around it; empty if none is. A key that the other deck does not have belongs to a later version
-  !> and does not count as different.
+  !> defaults, without the blanks around it; empty if none is. A line whose first key begins no line of the other deck does not
+  !> count as different: the key belongs to a later version. The sections clusters and certificate have one line each.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
     !> text from echo_deck of this version or of an older one

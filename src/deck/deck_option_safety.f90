@@ -45,8 +45,9 @@ contains
     end do
   end function complaint_about_writing
 
-  !> Whether the output of an option goes to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`. A
-  !> word after one colon is the name of a file. Viewers of other kinds write to a file by default.
+  !> Whether the output of an option may go to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`.
+  !> A word after one colon is the name of a file. Viewers of other kinds write to a file by default. A value without a colon counts
+  !> only if the option shows something (`showing`), and not if it is a number or one of true, false, yes and no.
   pure logical function names_file(name, value)
     character(*), intent(in) :: name
     character(*), intent(in) :: value

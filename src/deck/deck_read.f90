@@ -23,9 +23,9 @@ contains
 
   !> Reads the text of a deck and checks all that needs no other file. Local, and the same text gives the same result on every rank.
   !>
-  !> Errors: all errors in the order of the lines, but after max_errors only how many more there are; none if the deck is valid. If
-  !> there is one, the configuration must not be used. The search ends early after invalid YAML, after values that are still
-  !> FILL_IN, and without parameters.
+  !> Errors: all errors in the order of the lines, but after max_errors (40) only how many more there are; none if the deck is
+  !> valid. If there is one, the configuration must not be used. The search ends early after invalid YAML, after values that are
+  !> still FILL_IN, and without parameters.
   subroutine read_deck(path, text, config, errors)
     !> path as the user gave it: for messages, for the deck's name, and because paths in a deck are relative to it
     character(*), intent(in) :: path

@@ -75,7 +75,7 @@ contains
     end if
   end subroutine get_list_entries
 
-  !> Reads the text below a key; line ends and tabs become blanks. Errors (value unchanged): empty without quotes, mapping or list.
+  !> Reads the text below a key on one line, without blanks around it. Errors (value unchanged): unquoted and empty, mapping, list.
   subroutine get_text(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -145,7 +145,7 @@ contains
     if (is_valid) value = found
   end subroutine get_value
 
-  !> Reads the whole number below a key. Errors (value unchanged): another value, or an absolute value above 2147483647.
+  !> Reads the whole number below a key, also as an expression (2^6). Errors (value unchanged): another value; beyond +-2147483647.
   subroutine get_integer(tree, i_parent, key, is_required, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -171,7 +171,7 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Reads names of the mesh below a key. Errors: no list; empty if is_required; a name twice; an entry that is no name (left '').
+  !> Reads names of the mesh below a key; none without a list. Errors: no list; empty if is_required; a name twice; no name ('').
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent

@@ -21,7 +21,8 @@ module sig_value_products
 contains
 
   !> Splits an expression at its operators + - * / outside of parentheses. An expression of the parameters alone, or of the
-  !> coordinates alone, is one product. Nothing is split if an operator such as < or ? stands outside of parentheses.
+  !> coordinates alone, is one product. Nothing is split if an operator such as < or ? stands outside of parentheses: then the whole
+  !> text is one factor.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     !> a valid expression of these names
     character(*), intent(in) :: text

@@ -18,7 +18,8 @@ module sig_file_seal
 
 contains
 
-  !> Writes the seal of a file into its first seal_size bytes, which must be free. Errors: the file cannot be read or written.
+  !> Writes the seal of a file into its first seal_size (512) bytes, which the file must have and which are overwritten. Errors: the
+  !> file cannot be read or written.
   subroutine seal_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error

@@ -164,7 +164,8 @@ contains
   end subroutine report_write
 
   !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing, has another type or rank, is larger
-  !> than the file can hold, or its values are not in the file itself in one piece. Then the shape is zeros.
+  !> than the file can hold, or its values are not in the file itself in one piece. Then the shape is zeros, or empty if the rank is
+  !> -1.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

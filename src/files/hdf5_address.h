@@ -52,6 +52,8 @@ struct sig_h5_item {
   int is_attribute;
 };
 
+/* Return the type of the values in the file, and the data space. The caller closes them by H5Tclose and H5Sclose. They
+ * are negative on a failure. */
 hid_t sig_h5_type_of(const struct sig_h5_item *item);
 hid_t sig_h5_space_of(const struct sig_h5_item *item);
 

@@ -47,9 +47,10 @@ module sig_facing_groups
 contains
 
   !> Finds all pairs of named surfaces of different bodies of which one faces the other with at least a fifth of its area. A facet
-  !> counts as facing if the nearest facet of the other surface is not too far away and has a normal within 60 degrees of the
-  !> opposite direction. The pairs are in the order of the groups. A surface that is not the outside of exactly one body is left
-  !> out.
+  !> counts as facing if the nearest facet of the other surface (by their centers) has a normal within 60 degrees of the opposite
+  !> direction and is not farther away than the larger `reach` of both surfaces: 0.1 times the diagonal of the box around a surface,
+  !> or 2 times its mean facet size if this is more. The pairs are in the order of the groups. A surface that is not the outside of
+  !> exactly one body is left out.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)

@@ -8,7 +8,7 @@
 /* A list that grows. All items have the same type, which the comment at the declaration of the list names. */
 typedef struct {
   void *items;
-  size_t n, room;
+  size_t n, room; /* number of items, and number for which there is memory */
 } sig_list;
 
 /* Appends `more` items of zeros and returns the first of them. Returns null when out of memory; the scanner records
@@ -45,7 +45,8 @@ typedef struct {
   size_t first_node; /* its first node in element_nodes */
 } sig_gmsh_element;
 
-/* The values at nodes of one section $NodeData. Item i of each list belongs to the same node. */
+/* The values at nodes of one section $NodeData: n_values entries from first_value on of `field_tags` and `field_values`
+ * of sig_gmsh. Entry i of both lists belongs to the same node. */
 typedef struct {
   size_t name_at, name_length; /* place and length of the name in `names` of sig_gmsh */
   size_t first_value, n_values;

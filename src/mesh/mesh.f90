@@ -74,7 +74,8 @@ contains
     nodes = mesh%facet_nodes(mesh%facet_offsets(i_facet) + 1:mesh%facet_offsets(i_facet + 1))
   end function nodes_of_facet
 
-  !> Returns the index of the first group with this name, 0 if there is none. A region and a surface may have the same name.
+  !> Returns the index of the first group with this name and dimension, 0 if there is none. A region and a surface may have the same
+  !> name.
   pure integer function find_group(mesh, name, n_dim) result(i_group)
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: name

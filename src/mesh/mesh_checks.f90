@@ -84,8 +84,8 @@ contains
 
   !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.
   !>
-  !> Errors: unknown name, a region's name, a name of several groups, a group without nodes, a group with elements that touch no
-  !> cell of a named region. The message has the name's line in the deck.
+  !> Errors: unknown name, the name of a region only, a name of several such groups, a group without nodes, a group with elements
+  !> that touch no cell of a named region. The message has the name's line in the deck.
   pure subroutine nodes_of_boundary(mesh, boundary, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: boundary

@@ -19,7 +19,8 @@ contains
 
   !> Chooses an owner among the ranks of comm for each node and each cell. Collective on comm.
   !>
-  !> METIS partitions the graph of the nodes, in which the two nodes of each pair are one vertex. Rank 0 does this and sends the
+  !> METIS partitions the graph of the nodes, in which the two nodes of each pair are one vertex. With fewer than 4 vertices per
+  !> rank, or if METIS leaves a rank without nodes, each rank gets consecutive vertices instead. Rank 0 does this and sends the
   !> result. A cell belongs to the rank that owns most of its nodes, and to the lowest of several such ranks.
   !>
   !> Errors by ierr: the lists of pairs have different sizes; METIS fails.

@@ -24,7 +24,8 @@ module sig_nodal_field
 
 contains
 
-  !> Reads the field of an imposed strain, which must have a value at every node of the strain's region. Local.
+  !> Reads the field of an imposed strain, which must have a value at every node of the strain's region. If the file has several
+  !> values of a node, the first one counts. Local.
   !>
   !> Errors: a region that group_of_region refuses; those of read_raw_field; a value at a node that the mesh does not have; if the
   !> file has coordinates, a wrong shape of them or a node at another place than in the mesh; a node of the region without a finite

@@ -32,8 +32,9 @@ module sig_node_pairs
 contains
 
   !> Finds the pairs of all contact entries that can have pairs, and says for the others why they need mortar. An entry with the
-  !> formulation mortar gets no pairs; one with auto gets pairs if its nodes face each other one to one. Local. Cost: O(n log n) in
-  !> the nodes of the surfaces.
+  !> formulation mortar gets no pairs; one with auto gets pairs if pair_surfaces and, in an axisymmetric model, check_axis find no
+  !> error, that is, if its nodes face each other one to one and its facets are linear or may be in node-to-node contact. Local.
+  !> Cost: O(n log n) in the nodes of the surfaces.
   !>
   !> Errors, with the entry's place in the deck: those of open_surfaces for all entries; for entries that must have pairs, because
   !> they have an obstacle or the formulation node_to_node, those of pair_surfaces and, in an axisymmetric model, of check_axis.

@@ -184,7 +184,8 @@ contains
                 'give the contact a direction, or name only one side')
   end subroutine check_normals
 
-  !> Gives every node of the first surface its partner on the second surface, or the obstacle as its partner (number 0).
+  !> Gives every node of the first surface its partner on the second surface, or the obstacle as its partner (number 0). The partner
+  !> is the nearest node along the normal among those whose distance from the normal's line is at most surfaces%tolerance.
   !>
   !> Errors: surfaces that do not face each other, or overlap everywhere by more than the size of an element; nodes of either
   !> surface without a partner; a node in two pairs or on both surfaces; those of check_weights and check_partners. Then the pairing

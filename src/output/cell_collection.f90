@@ -8,7 +8,8 @@ module sig_cell_collection
   private
   public :: cell_collection_t
 
-  !> Call `start`, then the add procedures. The mesh is complete at any time, except for the coordinates, which the caller sets.
+  !> Call `start`, then the add procedures. They set n_cells, types, offsets and nodes of the cells of the mesh; the caller sets
+  !> n_nodes and coordinates. The mesh has neither facets nor groups nor numbers of gmsh.
   type :: cell_collection_t
     type(mesh_t) :: mesh
     !> whole numbers that the caller gives to each cell, shape (n_labels, n_cells)

@@ -11,7 +11,7 @@ module sig_field_topology
 
 contains
 
-  !> Writes /mesh/cell_types and, if there are cells, /mesh/topology. Local. A failure is kept in the file.
+  !> Writes /mesh/cell_types and, if there are cells, /mesh/topology. Local. The writer keeps a failure until `file` is closed.
   subroutine write_topology(mesh, file, described)
     type(mesh_t), intent(in) :: mesh
     type(h5_writer_t), intent(inout) :: file

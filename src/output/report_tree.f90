@@ -40,7 +40,8 @@ module sig_report_tree
 
 contains
 
-  !> Sets the value of a key, or replaces it. Keys above it are made if they are missing.
+  !> Sets the value of a key, or replaces it. Keys above it are made if they are missing. The value of a key that has keys below it
+  !> is not written.
   subroutine set(self, key, yaml, is_block)
     class(report_tree_t), intent(inout) :: self
     !> path of keys: `errors/e_u/median`

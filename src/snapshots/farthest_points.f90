@@ -14,7 +14,7 @@ contains
   pure function farthest_points(points, box, n_wanted) result(chosen)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> minimum and maximum, shape (2, n_parameters)
+    !> minimum and larger maximum of each parameter, shape (2, n_parameters)
     real(rk), intent(in) :: box(:, :)
     !> 1 to n_points
     integer, intent(in) :: n_wanted

@@ -38,7 +38,7 @@ module sig_snapshot_shard
 
   !> A shard that is open for appending. Local: one rank of the group writes.
   type :: shard_writer_t
-    !> records that were there when the shard was opened, and records that were cut from its end
+    !> number of whole records when the shard was opened, and number of records that were cut from its end then
     integer :: n_records = 0
     integer :: n_dropped = 0
     type(c_ptr), private :: handle = c_null_ptr
@@ -52,7 +52,8 @@ module sig_snapshot_shard
 
 contains
 
-  !> Opens a shard for appending. Creates it if it is missing; removes a damaged end of an existing one.
+  !> Opens a shard for appending. Creates it if it is missing; cuts off the first damaged record of an existing one and all behind
+  !> it.
   !>
   !> Errors: the file is no shard, is of another deck, mesh, size or format, or cannot be written. Then the file has not changed.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)

@@ -73,7 +73,11 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
 
 
 def identifier(text: str) -> str:
-    """Returns a valid name for C and FMI from a text: letters, digits and underscores; it starts with a letter."""
+    """Returns a valid name for C and FMI from a text: ASCII letters, digits and underscores; it starts with a letter.
+
+    Other characters become underscores. The text is cut to 60 characters; if it does not start with a letter then, `m_`
+    comes before it, and an empty text gives `m`.
+    """
     word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60]
     return word if re.match(r"[A-Za-z]", word) else f"m_{word}".rstrip("_")
 
@@ -149,7 +153,10 @@ def has_gradient(model: Model) -> bool:
 
 
 def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
-    """Returns outputs.txt, which the binary reads: token, nodes, and kind, entry and component of each output."""
+    """Returns outputs.txt, which the binary reads: token, nodes, and kind, entry and component of each output.
+
+    `token` is the checksum of the model file; `nodes` are positions, from 0, in the model's list of nodes.
+    """
     lines = [f"signorom outputs 1 {token}", " ".join(map(str, [len(nodes), *nodes])), str(len(outputs))]
     lines += [f"{output.kind} {output.entry} {output.component}" for output in outputs]
     return "\n".join(lines) + "\n"

@@ -25,7 +25,7 @@ class LibraryError(Exception):
 
 
 class CSizes(ctypes.Structure):
-    """signorom_sizes."""
+    """The structure signorom_sizes of signorom.h, which explains its members."""
 
     _fields_ = [
         (name, c_int)
@@ -44,7 +44,7 @@ class CSizes(ctypes.Structure):
 
 
 class CAnswer(ctypes.Structure):
-    """signorom_answer."""
+    """The structure signorom_answer of signorom.h, which explains its members."""
 
     _fields_ = [
         ("size", c_size_t),
@@ -72,7 +72,7 @@ class CAnswer(ctypes.Structure):
 
 
 class CArrays(ctypes.Structure):
-    """signorom_arrays."""
+    """The structure signorom_arrays of signorom.h, which explains its members."""
 
     _fields_ = [
         ("size", c_size_t),

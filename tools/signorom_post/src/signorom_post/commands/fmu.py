@@ -52,7 +52,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def tags_of(text: str | None) -> list[int]:
-    """Returns the numbers in a text such as `12,57`; none for None. InputError if a word is no whole number."""
+    """Returns the numbers in a text such as `12,57`; an empty list for None. Blank words between commas do not count.
+
+    InputError if a word is no whole number.
+    """
     try:
         return [int(word) for word in (text or "").split(",") if word.strip()]
     except ValueError as error:

@@ -55,6 +55,7 @@ class Study:
     #: the full-order solvers
     full_order: list[Entry]
     models: list[Entry]
+    #: number of test points
     n_points: int
 
 

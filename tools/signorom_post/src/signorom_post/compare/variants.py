@@ -68,7 +68,10 @@ def read_variants(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Returns the deck with absolute paths of its files, so that it can be moved to another folder."""
+    """Returns the deck with absolute paths of the files of mesh, training and test, so that it can be moved.
+
+    The given deck is changed. Files that stand deeper in the deck, such as those of fields, keep their paths.
+    """
     for section in ("mesh", "training", "test"):
         values = deck.get(section)
         if isinstance(values, dict) and "file" in values:
