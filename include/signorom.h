@@ -42,13 +42,14 @@ typedef enum {
 } signorom_code;
 
 /* How the contact problem of an answer was solved. The methods 1 to 3 belong to the reduced problem of a hyper-reduced
- * model. */
+ * model. The method 4 is exact where the elastic constants do not depend on the parameters; otherwise the responses of
+ * the bodies are interpolated over these constants. */
 typedef enum {
   SIGNOROM_METHOD_NONE = 0, /* there is no answer */
   SIGNOROM_METHOD_ACTIVE_SET = 1,
   SIGNOROM_METHOD_BLOCK_PIVOTING = 2,
   SIGNOROM_METHOD_LEMKE = 3,
-  SIGNOROM_METHOD_CONDENSED = 4 /* the model solved the full-order problem condensed to its contacts, which is exact */
+  SIGNOROM_METHOD_CONDENSED = 4 /* the model solved the full-order problem, condensed to its contacts */
 } signorom_method;
 
 typedef enum {
@@ -67,7 +68,7 @@ typedef enum {
 typedef enum {
   SIGNOROM_DISPLACEMENT_NONE = 0,
   SIGNOROM_DISPLACEMENT_BY_MODES = 1,
-  SIGNOROM_DISPLACEMENT_EXACT = 2 /* exact except for rounding, under the contact forces of the answer */
+  SIGNOROM_DISPLACEMENT_EXACT = 2 /* without modes, under the contact forces of the answer; as exact as the method 4 */
 } signorom_displacement_source;
 
 /* The members of this structure never change. Later versions give further numbers by functions of their own. */
@@ -79,10 +80,12 @@ typedef struct {
   int n_dimensions;
   int n_dofs; /* n_dimensions * n_nodes */
   int n_training_points;
-  int has_full_order_multipliers;  /* 1: the model has the full-order operator, which answers where the reduced problem
-                                      has no solution; or its own forces are those of the full order */
-  int has_full_order_displacement; /* 1: the displacement of such an answer is exact, too; 0: it is that of the reduced
-                                      basis */
+  int has_full_order_multipliers;  /* 1: the model is hyper-reduced and has the full-order operator, which answers where
+                                      the reduced problem has no solution; or its kind is condensed, interpolated or
+                                      tied */
+  int has_full_order_displacement; /* 1: an answer by the method condensed has SIGNOROM_DISPLACEMENT_EXACT at all nodes;
+                                      0: in a hyper-reduced model its displacement is that of the reduced basis, in
+                                      other models signorom_get_displacement_sources says what each node has */
 } signorom_sizes;
 
 /* An answer at one point. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
@@ -118,8 +121,9 @@ typedef struct {
   double relative_bound;
   /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid
    * motions of bodies that only contact holds are left out. relative_displacement_bound is the bound divided by the
-   * size of u, or by a thousandth of the largest size in training where that is larger. SIGNOROM_NO_BOUND: the model
-   * cannot give a bound. */
+   * size of u, or by a thousandth of the largest size in training where that is larger. Only models of the kind
+   * interpolated whose displacements come from modes have these bounds. SIGNOROM_NO_BOUND: the model cannot give a
+   * bound. DBL_MAX: the error may be of any size. */
   double displacement_bound;
   double relative_displacement_bound;
 } signorom_answer;
@@ -212,21 +216,23 @@ const char *signorom_message(const signorom_context *context);
 /* Frees a context. A null pointer is allowed. */
 void signorom_free_context(signorom_context *context);
 
-/* Computes the answer at a point [n_parameters]. `answer` may be null. After the first queries the call allocates no
- * memory (with several clusters: as long as the same cluster answers). The functions below give the details of the last
- * answer; they return SIGNOROM_BAD_ARGUMENT where the last query gave no answer. SIGNOROM_NO_ANSWER: the message says
- * why. SIGNOROM_BAD_ARGUMENT: the point is null, or the size of the answer is not set. */
+/* Computes the answer at a point [n_parameters]. `answer` may be null. The first queries make the work arrays of the
+ * context. Later queries allocate only temporary arrays, which they free (with several clusters: as long as the same
+ * cluster answers). The functions below give the details of the last answer; they return SIGNOROM_BAD_ARGUMENT where
+ * the last query gave no answer or was refused. SIGNOROM_NO_ANSWER: the message says why. SIGNOROM_BAD_ARGUMENT: the
+ * point is null, or the size of the answer is not set. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
  * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
  * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns
- * SIGNOROM_NO_ANSWER. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are null, or the size of the first
- * answer is not set. */
+ * SIGNOROM_NO_ANSWER. The last answer of the context is then that of the last point. SIGNOROM_BAD_ARGUMENT, without any
+ * query: n < 0, the points are null, or the size of the first answer is not set. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 
-/* The caller's arrays for the answers at n points; a null pointer leaves an array out. Numbers are NaN where a point
- * has no answer or a node no displacement. Set `size` before the call: `signorom_arrays arrays = SIGNOROM_ARRAYS;`. */
+/* The caller's arrays for the answers at n points; a null pointer leaves an array out. In all arrays but `answers`,
+ * numbers are NaN where a point has no answer or a node no displacement. Set `size` before the call: `signorom_arrays
+ * arrays = SIGNOROM_ARRAYS;`. */
 typedef struct {
   size_t size;              /* sizeof(signorom_arrays) */
   signorom_answer *answers; /* [n]; the size of the first one holds for all */
@@ -245,16 +251,19 @@ typedef struct {
   { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
 
 /* Computes the answers at n points [n][n_parameters] and fills the arrays of the structure. A point without an answer
- * does not stop the call, which then returns SIGNOROM_NO_ANSWER. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, a
- * pointer is null, a size is not set, areas, forces, moments and multipliers are not given as the structure demands, or
- * a chosen node does not exist. */
+ * does not stop the call, which then returns SIGNOROM_NO_ANSWER. The last answer of the context is then that of the
+ * last point. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, a pointer is null, a size is not set, areas, forces,
+ * moments and multipliers are not given as the structure demands, or a chosen node does not exist. */
 int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
 /* Gives the contact forces of the last answer on the contacts of the cluster's domain [n_domain_contacts], in the order
  * of signorom_get_domain_contacts. */
 int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
-/* Gives the contact forces of the last answer on all contacts [n_contacts]. Where a hyper-reduced model answers, the
- * forces outside of the domain are the non-negative combination of the training solutions that fits the answer best. */
+/* Gives the contact forces of the last answer on all contacts [n_contacts]. Where the reduced problem of a
+ * hyper-reduced model answers, the forces outside of the domain are the non-negative combination of the training
+ * solutions that fits the answer best, but zero at contacts that are open by the displacement. Such contacts keep their
+ * force in models with bodies that only contact holds, and in models that have bounds without the full-order operator.
+ * With bodies that only contact holds, all forces are then changed so that they balance the loads. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the reduced coordinates of the last answer, in the unit of lengths: [n_modes] of that signorom_answer, which
  * differs between clusters and may be 0. Where the full-order operator answered, they are those of the chosen cluster

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* k-medoids clustering of items of which only the mutual dissimilarities are known. Numbers of items and clusters are
    0-based. A dissimilarity matrix is symmetric with a zero diagonal, shape (n_items, n_items); its entries are finite
-   and not negative. Ties within 1e-8 relative go to the lowest number, so that rounding changes no choice. */
+   and not negative. Ties within 1e-8 relative go to the lowest number, so that rounding changes no choice. Both
+   functions return one of the codes below. */
 #ifndef SIGNOROM_K_MEDOIDS_H
 #define SIGNOROM_K_MEDOIDS_H
 
@@ -10,8 +11,8 @@ enum {
   SIG_K_MEDOIDS_NO_MEMORY = 1,
   SIG_K_MEDOIDS_BAD_COUNT = 2,         /* fewer than one cluster or more than items; no start */
   SIG_K_MEDOIDS_BAD_DISSIMILARITY = 3, /* an entry is negative, infinite or not a number */
-  SIG_K_MEDOIDS_BAD_OPTION = 4,
-  SIG_K_MEDOIDS_BAD_LABEL = 5
+  SIG_K_MEDOIDS_BAD_OPTION = 4,        /* unknown method or start */
+  SIG_K_MEDOIDS_BAD_LABEL = 5          /* sig_silhouette: a label is below 0 or not below n_clusters */
 };
 
 /* Methods that improve the medoids. FASTER_PAM exchanges a medoid for another item as soon as that lowers the loss,

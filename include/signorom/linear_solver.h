@@ -27,7 +27,8 @@ int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t stiffness, intptr_t
 int sig_linear_solver_hold(intptr_t ksp, intptr_t free_share);
 
 /* Makes a KSP ready again after the entries of its matrix changed within their pattern: MUMPS keeps its ordering and
-   factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. */
+   factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. `reason` and
+   `message` are as for sig_linear_solver_create. */
 int sig_linear_solver_renew(intptr_t ksp, int *reason, char *message);
 
 /* Tells how many solves with the factor take about the time of one factorization, by MUMPS's count of operations; 0
@@ -44,13 +45,14 @@ int sig_linear_solver_keep_factor(intptr_t ksp, int max_iterations);
 int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const double *modes);
 
 /* Solves for n_columns right-hand sides; arrays hold the local rows, shape [n_columns][n_local], solution apart from
-   rhs. `reason` tells whether an iteration failed. */
+   rhs. `reason` is SIG_LINEAR_DONE, or SIG_LINEAR_FAILED after an iteration that failed; later columns are not solved
+   then. Not after sig_linear_solver_keep_factor: it would solve with the factor of the old entries. */
 int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const double *rhs, double *solution,
                                  int *reason);
 
 /* Solves for one right-hand side from the solution given, to `tolerance` (relative, in the energy norm) or to the
    tightest one, that of the options, whichever is larger. A factored matrix is always solved exactly, in 0 iterations,
-   unless it has changed (sig_linear_solver_keep_factor). */
+   unless it has changed (sig_linear_solver_keep_factor). `reason` is SIG_LINEAR_DONE or SIG_LINEAR_FAILED. */
 int sig_linear_solver_solve(intptr_t ksp, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
                             int *reason);
 

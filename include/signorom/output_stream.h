@@ -13,7 +13,8 @@ typedef struct sig_output_stream sig_output_stream;
  * such as a device or a pipe, which is written to and never replaced. */
 int sig_find_target(const char *path, size_t length, char **target, int *is_direct);
 
-/* Opens a stream. An empty path is the standard output. An existing file keeps its access mode. */
+/* Opens a stream. An empty path is the standard output. An existing file keeps its access mode. *stream is null after a
+ * failure. */
 int sig_output_open(const char *path, size_t length, sig_output_stream **stream);
 
 /* Writes a text. After a failure later writes do nothing and return the first errno again. */

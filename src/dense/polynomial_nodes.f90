@@ -63,7 +63,8 @@ contains
     call self%prepare()
   end subroutine create
 
-  !> Computes what `weights` needs from the component `nodes`, for example after the nodes were read from a file.
+  !> Computes what `weights` needs from the component `nodes`, for example after the nodes were read from a file. If the nodes do
+  !> not determine the polynomials, as where two nodes are the same, all weights are zero afterwards.
   subroutine prepare(self)
     class(polynomial_nodes_t), intent(inout) :: self
     logical :: is_singular

@@ -113,8 +113,9 @@ FMI3_EXPORT fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueRefe
   return fmi3OK;
 }
 
-/* Computes the product of the matrix of derivatives d unknown / d known, or of its transpose, with the vector `seed`.
- * Unknowns must be areas, forces, moments or displacements; knowns must be inputs. */
+/* Computes sensitivity = A seed, or A' seed if is_adjoint, where A [n_unknowns][n_knowns] holds the derivatives d
+ * unknown / d known. fmi3Error: an unknown is not an area, force, moment or displacement, or a known is not an input.
+ * Other failures are those of unit_differentiate. */
 static fmi3Status multiply(unit_t *unit, const fmi3ValueReference unknowns[], size_t n_unknowns,
                            const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                            fmi3Float64 sensitivity[], bool is_adjoint) {

@@ -16,7 +16,8 @@ fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message) {
   return status;
 }
 
-/* Returns the path of a file in the folder of resources, whose name may end with a slash. */
+/* Returns the path of a file in the folder of resources, whose name may end with a slash. The caller frees it; it is
+ * null without memory. */
 static char *path_of(fmi3String resources, const char *name) {
   const size_t n = strlen(resources);
   const char *const slash = n > 0 && resources[n - 1] == '/' ? "" : "/";
@@ -52,6 +53,7 @@ static bool read_table(unit_t *unit, FILE *file, fmi3String token) {
   return true;
 }
 
+/* Allocates the arrays of numbers, filled with zeros. Returns false without memory. */
 static bool make_room(unit_t *unit) {
   const size_t n_parameters = (size_t)unit->sizes.n_parameters, n_outputs = (size_t)unit->n_outputs;
   const size_t per_entry = 1 + (size_t)unit->sizes.n_dimensions + (size_t)unit->n_moments;
@@ -65,6 +67,8 @@ static bool make_room(unit_t *unit) {
   return unit->starts && unit->inputs && unit->values && unit->gradient && unit->room;
 }
 
+/* Opens resources/model.h5 and makes a context. Returns false after a failure; the log has the reason if there was
+ * memory. */
 static bool open_model(unit_t *unit, fmi3String resources) {
   char *const path = path_of(resources, "model.h5");
   if (!path) return false;
@@ -82,6 +86,7 @@ static bool open_model(unit_t *unit, fmi3String resources) {
   return true;
 }
 
+/* Reads resources/outputs.txt by read_table. Returns false after a failure, with a message in the log. */
 static bool open_table(unit_t *unit, fmi3String token, fmi3String resources) {
   char *const path = path_of(resources, "outputs.txt");
   FILE *const file = path ? fopen(path, "r") : NULL;
@@ -154,7 +159,8 @@ static parts_t parts_of(const unit_t *unit, double *room, int n) {
   return parts;
 }
 
-/* Returns the value of an output in answer or derivative i. */
+/* Returns the value of an output in answer i, or its derivative i; the certificate and is_inside_box come from `answer`
+ * and are 0 if it is null, as for derivatives. */
 static double value_of(const unit_t *unit, const parts_t *parts, output_t output, int i,
                        const signorom_answer *answer) {
   const int n_dimensions = unit->sizes.n_dimensions;

@@ -48,19 +48,21 @@ static inline bool is_output(const unit_t *unit, fmi3ValueReference reference) {
 }
 
 /* Opens the model (model.h5) and the table of outputs (outputs.txt) in the folder `resources`, and sets the inputs to
- * their start values. The table must begin with the same `token`. Returns null after a failure; the log has the reason,
+ * their start values. The token in the table must be `token`. Returns null after a failure; the log has the reason,
  * but not always if memory is missing. unit_free frees the instance. */
 unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironment environment,
                     fmi3LogMessageCallback log);
 /* Closes the model and frees the instance; null is allowed. */
 void unit_free(unit_t *unit);
-/* Sets the inputs to their start values. */
+/* Sets the inputs to their start values, so that the outputs must be computed again. The time stays. */
 void unit_reset(unit_t *unit);
-/* Computes the outputs at the present inputs, unless they are known. fmi3Discard: the model has no answer, and there
- * are no values. Inputs outside of the trained box give fmi3OK and a warning in the log. */
+/* Computes the outputs at the present inputs, unless they are known. fmi3Discard: the model has no answer, or no
+ * displacement of a node; then there are no values. Inputs outside of the trained box give fmi3OK and a warning in the
+ * log. */
 fmi3Status unit_evaluate(unit_t *unit);
-/* Computes the derivatives of the outputs with respect to the inputs at the present inputs, unless they are known.
- * fmi3Discard: there is no answer, or it has no derivatives. */
+/* Computes the derivatives of the outputs with respect to the inputs at the present inputs, towards larger inputs,
+ * unless they are known. Those of areas are 0, as areas change in steps; so are those of OUTPUT_BOUND and
+ * OUTPUT_INSIDE, which are not used. fmi3Discard: there is no answer, or it has no derivatives. */
 fmi3Status unit_differentiate(unit_t *unit);
 /* Gives a message to the log of the importer, and returns the status. */
 fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message);

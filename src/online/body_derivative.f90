@@ -106,6 +106,7 @@ contains
   !> Adds the change of M x to y, where M does not depend on s.
   subroutine add_prescribed(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
+    !> as for add_change
     real(rk), contiguous, intent(in) :: columns(:, :)
     real(rk), contiguous, intent(in) :: x(:)
     real(rk), contiguous, intent(in) :: x_change(:)
@@ -117,6 +118,7 @@ contains
 
   !> Computes y = y + M x, where M is the sum of `columns` times `weights` over the nodes.
   subroutine add_interpolated(columns, weights, x, y)
+    !> a matrix per node, column by column; shape (size(y) * size(x), n_nodes)
     real(rk), contiguous, intent(in) :: columns(:, :)
     real(rk), contiguous, intent(in) :: weights(:)
     real(rk), contiguous, intent(in) :: x(:)

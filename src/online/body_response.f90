@@ -225,7 +225,7 @@ contains
       sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> Returns the value of one row of (loaded / s + prescribed) theta.
+  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta. Other arguments: sum_of_row.
   pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
@@ -280,7 +280,7 @@ contains
     call add_columns(size(values), responses, theta(:size(responses) / size(values)), values)
   end subroutine add_driven
 
-  !> Computes y = y + a x.
+  !> Computes y = y + a x; the caller may pass a as an array of rank 1, column by column.
   subroutine add_columns(n, a, x, y)
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: x(:)

@@ -88,8 +88,8 @@ contains
     end associate
   end subroutine settle
 
-  !> Returns the openings [length] of the anchors that make the sum of force times squared opening least. Motions on which no force
-  !> acts are zero.
+  !> Returns the openings [length] of the anchors that make the sum of force times squared opening least. All are zero if the forces
+  !> do not determine them, for example where no force acts on one of the bodies.
   function place(self, forces, opening) result(s)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts

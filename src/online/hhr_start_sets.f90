@@ -17,8 +17,9 @@ contains
 
   !> Sets start_sets of each hyper-reduced cluster: the active set of its answer at each training point. The reduced problem is
   !> solved from two starts, the contacts that are closed in the full-order solution, and none. If it has two solutions, and the
-  !> model has a fallback, the one of smaller energy counts; queries nearby then start from it. A model that cannot answer gets no
-  !> sets, and its first query gives the reason. The model is completed (complete_model).
+  !> model has a fallback, the one of smaller energy counts; queries nearby then start from it. At a point without a reduced answer
+  !> the set is empty. A model that cannot answer gets no sets, without a message here: opening the model for queries gives the
+  !> reason. The model is completed (complete_model).
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online

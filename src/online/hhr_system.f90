@@ -115,11 +115,12 @@ contains
     load = self%spring * matmul(transpose(cluster%contact_matrix(self%anchors, :)), cluster%gap(self%anchors, :))
   end function held_load
 
-  !> Makes the principal pivot on T: W' and q' of K' become the matrix and the right-hand side of the new problem.
+  !> Makes the principal pivot on T: W' and q' of K' become the matrix and the right-hand side of the new problem. It also sets the
+  !> scale of the anchors' unknowns. Requires: W'_TT is regular; this is not checked.
   subroutine exchange(self, columns)
     !> in: W'; out: the matrix of the new problem
     class(hhr_system_t), intent(inout) :: self
-    !> [length] in: q', shape (n_rows, n_columns); out: that of the new problem
+    !> [length] in: q', one per column, shape (n_rows, n_columns); out: those of the new problem
     real(rk), intent(inout) :: columns(:, :)
     real(rk) :: inverse(size(self%anchors), size(self%anchors)), reach(size(columns, 1), size(self%anchors))
     real(rk) :: own(size(self%anchors), size(columns, 1)), q(size(self%anchors), size(columns, 2))

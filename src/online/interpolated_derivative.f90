@@ -56,10 +56,14 @@ contains
   !> Computes the changes of the mode coordinates of all bodies, one body after the other, for given changes of terms and unknowns.
   subroutine change_modes(data, theta, theta_change, coordinates, unknown_change, changes)
     class(interpolated_data_t), intent(in) :: data
+    !> values of the terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [length] coordinates at the point, shape (n_modes)
     real(rk), intent(in) :: coordinates(:)
+    !> [force] change of z, shape (n_multipliers)
     real(rk), intent(in) :: unknown_change(:)
+    !> [length] shape (n_modes)
     real(rk), intent(out) :: changes(:)
     real(rk) :: force_change(size(unknown_change))
     integer :: first, i, last
@@ -118,10 +122,12 @@ contains
   !> Computes the change, to first order, of W z + q for constant z and a given change of the terms.
   subroutine change_opening(data, theta, theta_change, unknowns, opening)
     class(interpolated_data_t), intent(in) :: data
+    !> values of the terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [force] z, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [length] shape (n_multipliers)
+    !> [length] the change, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     real(rk) :: forces(size(unknowns))
     type(body_derivative_t) :: derivative
@@ -140,8 +146,10 @@ contains
   !> Returns the changes [length] of how far each anchor closes (moves in sig_interpolated_data).
   function move_changes(data, theta, theta_change, unknowns, unknown_change) result(changes)
     class(interpolated_data_t), intent(in) :: data
+    !> values of the terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [force] z and its change, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: unknown_change(:)
     real(rk) :: changes(size(data%anchors))

@@ -59,7 +59,7 @@ contains
     logical, intent(in) :: is_ratio_of_moduli
     !> whether the model is plane stress
     logical, intent(in) :: is_thin
-    !> x; the coefficients of contact forces are in [force]
+    !> x: coefficients of loads, of prescribed displacements, and [force] of contact forces, in the order of `residuals`
     real(rk), contiguous, intent(in) :: coefficients(:)
     !> [length/force] W of the body at the point, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)

@@ -102,10 +102,11 @@ contains
   end subroutine measure_outside
 
   !> Computes the multipliers of all contacts from those of the domain. If no row of the domain has a force, the rows outside of it
-  !> have none either. Rows outside of it that are open by the reduced displacement get no force (release), but in models that need
-  !> the whole combination they keep it. The multipliers of the domain stay as they are, with one exception: if only contact holds a
-  !> body, all forces are replaced by the nearest ones that balance the loads, or stay if there are none. The coefficients of the
-  !> combination are in `workspace` afterwards.
+  !> have none either. Rows outside of it that are open by the reduced displacement get no force (release). They keep it in models
+  !> with bodies that only contact holds, with a certificate of their own, or without displacements of the snapshots. The
+  !> multipliers of the domain stay as they are, with one exception: if only contact holds a body, all forces are replaced by the
+  !> nearest ones that balance the loads, or stay if there are none. The coefficients of the combination are in `workspace`
+  !> afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> the data that prepare was called with

@@ -74,8 +74,9 @@ contains
   end subroutine nearest_point
 
   !> Finds the nearest training point on the other side of a point, seen from its nearest training point, so that these two enclose
-  !> the point. The other side means an angle of 90 degrees or more at the point. If no training point is there, the result is the
-  !> second nearest training point. Of several, the first counts. Distances are those of nearest_point.
+  !> the point. The other side means an angle of 90 degrees or more at the point. If no training point is there, or if the point is
+  !> a training point, the result is the second nearest training point. Of several, the first counts. Distances are those of
+  !> nearest_point.
   pure subroutine opposite_point(self, point, i_nearest, i_opposite)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)

@@ -15,7 +15,7 @@ module sig_query
   private
   public :: query_t
 
-  !> Work arrays and expressions of one thread. After the first answers a query allocates nothing.
+  !> Work arrays and expressions of one thread. After the first answers a query allocates only temporary arrays, which it frees.
   type :: query_t
     private
     type(term_values_t) :: terms
@@ -201,7 +201,8 @@ contains
     end associate
   end subroutine certify
 
-  !> Answers by the fallback; the cluster gives the displacement where the fallback has none.
+  !> Answers by the fallback; the cluster gives the displacement where the fallback has none. If the fallback has no answer either,
+  !> answer%reason is its reason, and bounds of the cluster's answer stay.
   subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -343,7 +343,7 @@ contains
     integer, intent(in) :: i_parameter
     !> dofs, 1-based
     integer, intent(in) :: dofs(:)
-    !> [length per unit of the parameter] same shape
+    !> [length per unit of the parameter] shape (size(dofs))
     real(rk), intent(out) :: changes(:)
 
     changes = ieee_value(1.0_rk, ieee_quiet_nan)

@@ -53,7 +53,9 @@ module sig_reduced_condensed
     !> [length] openings without contact forces and with them, shape (n_multipliers)
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
+    !> [length, or force at rows of the set] q of the transformed problem, shape (n_multipliers)
     real(rk), allocatable :: transformed(:)
+    !> active set to start from; in solve_transformed for a while its difference to the reference; shape (n_multipliers)
     logical, allocatable :: start(:)
   end type condensed_room_t
 
@@ -150,6 +152,7 @@ contains
   !> answer%unknowns are set if answer%reason > 0.
   subroutine solve_transformed(self, i_reference, theta, room, answer)
     class(reduced_condensed_t), intent(in) :: self
+    !> number of the reference, 1-based
     integer, intent(in) :: i_reference
     real(rk), contiguous, intent(in) :: theta(:)
     type(condensed_room_t), intent(inout) :: room

@@ -59,7 +59,7 @@ module sig_reduced_interpolated
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
     logical, allocatable :: start(:)
-    !> [sqrt(force*length)] residual from solve_modes
+    !> [sqrt(force*length)] residual and field_size from solve_modes
     real(rk) :: residual = 0
     real(rk) :: field_size = 0
   end type interpolated_room_t
@@ -109,7 +109,8 @@ contains
   end subroutine create_room
 
   !> Solves the complementarity problem of all contacts with W and q of the point. It starts from the active set of the nearest
-  !> training point or, without one, from all contacts closed. In a model with modes it then computes the displacement by modes.
+  !> training point or, without one, from all contacts closed. In a model with modes it then computes the displacement by modes and
+  !> bounds its error (bound_displacement); certify replaces this bound where the forces have one.
   !> Without an answer the reason is that of solve_lcp, reason_no_material for impossible elastic constants, or reason_pulled_off if
   !> the loads pull a body off its contacts. Arguments: solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
@@ -142,7 +143,8 @@ contains
     end select
   end subroutine solve
 
-  !> Bounds the error of the displacement if the forces have no bound. The error of the forces is at most |delta|_{W^-1}, where
+  !> Bounds the error of the displacement if the forces have no bound; without middle_factor there is no bound. The error of the
+  !> forces is at most |delta|_{W^-1}, where
   !> delta are the errors of the interpolated openings. delta is the sum of rho, the difference of the openings by modes and the
   !> interpolated ones, and of the errors of the openings by modes, whose norm is at most that of the residual r. So |u_r - u|_K <=
   !> 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
