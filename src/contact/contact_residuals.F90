@@ -58,7 +58,7 @@ contains
   !> Returns the prescribed dofs of this rank.
   pure function own_prescribed(system) result(held)
     type(contact_system_t), intent(in) :: system
-    !> 1-based in map%local_dofs
+    !> their positions in map%local_dofs, 1-based, ascending
     integer, allocatable :: held(:)
     integer :: i
 
@@ -68,9 +68,11 @@ contains
   !> Computes the residuals of several states, and the reactions on this rank. Collective.
   subroutine measure_block(system, theta, states, reactions, ierr)
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
+    !> in: displacement and multipliers; out: also residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
-    !> [force] reactions at the dofs own_prescribed, shape (n_held, n_points)
+    !> [force] reactions at the prescribed dofs of this rank, in the order of own_prescribed; shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
@@ -104,7 +106,7 @@ contains
     end do
   end subroutine measure_block
 
-  !> Adds contact forces and loads to K u, and sums up what there is on this rank. Local.
+  !> Adds the contact forces to K u and subtracts the loads, and computes the sums of this rank for the balance of forces. Local.
   pure subroutine add_forces(system, theta, multipliers, loaded, forces, largest_contact, sums)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
@@ -113,9 +115,10 @@ contains
     integer, intent(in) :: loaded(:)
     !> [force] K u, then K u + B' lambda - F; shape (n_local_dofs)
     real(rk), contiguous, intent(inout) :: forces(:)
-    !> [force] size of B' lambda
+    !> [force] largest |B' lambda| on this rank
     real(rk), intent(out) :: largest_contact
-    !> [force] resultant of reactions, loads and obstacles along each component, then the sums of their sizes
+    !> [force] of this rank, shape (n_dim + 2): the sum of K u along each component from first_balanced on (0 before it), which is
+    !> the resultant of reactions, loads and obstacles; then the sum of |K u + B' lambda - F| and that of |F|
     real(rk), intent(out) :: sums(:)
     real(rk) :: contact(size(forces)), load(system%map%n_dofs)
     integer :: i, i_local, k, n
@@ -149,12 +152,15 @@ contains
   pure subroutine compare(system, theta, largest, sums, smallest_per_length, smallest_load, state)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
+    !> [force] largest of all ranks: see n_largest
     real(rk), intent(in) :: largest(n_largest)
+    !> [force] those of add_forces, summed over all ranks
     real(rk), intent(in) :: sums(:)
     !> [force/length] forces below this times the largest displacement count as this
     real(rk), intent(in) :: smallest_per_length
-    !> [force] and those below this
+    !> [force] and forces below this count as this
     real(rk), intent(in) :: smallest_load
+    !> in: displacement and multipliers; out: also residuals
     type(contact_state_t), intent(inout) :: state
     real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n

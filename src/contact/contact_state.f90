@@ -8,7 +8,8 @@ module sig_contact_state
 
   !> How well (3) is met. All but the penetration are relative to the size of what they compare.
   type :: residuals_t
-    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal or contact force
+    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal or contact force, or over 1e-6 of |K| |u|
+    !> or of the largest load on a dof where these are larger
     real(rk) :: equilibrium = 0
     !> [length] largest B u - D, 0 where nothing penetrates
     real(rk) :: penetration = 0
@@ -16,7 +17,8 @@ module sig_contact_state
     real(rk) :: negative_multiplier = 0
     !> [-] |lambda . (D - B u)| over the largest |lambda| times the largest of |D| and |u|
     real(rk) :: complementarity = 0
-    !> [-] resultant of reactions and loads over the sum of their sizes, worst component
+    !> [-] resultant of reactions, loads and obstacles over the sum of the sizes of reactions and loads, worst component; in
+    !> axisymmetry only along z
     real(rk) :: force_balance = 0
   end type residuals_t
 

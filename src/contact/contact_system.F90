@@ -31,7 +31,7 @@ module sig_contact_system
     integer :: first_balanced = 1
     !> K on all dofs, Dirichlet rows included
     Mat :: stiffness
-    !> [force/length] largest sum of the sizes of a row of K
+    !> [force/length] largest sum of the absolute values of a row of K
     real(rk) :: stiffness_size = 0
     !> [s] wall time of the partition of the mesh, of the assembly
     real(rk) :: partition_seconds = 0
@@ -62,6 +62,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(boundary_conditions_t), intent(in) :: boundary
+    !> rows with a multiplier, no inert ones
     type(contact_rows_t), intent(in) :: rows
     PetscErrorCode, intent(out) :: ierr
     type(mesh_partition_t) :: partition

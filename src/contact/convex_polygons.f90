@@ -23,7 +23,7 @@ module sig_convex_polygons
 
 contains
 
-  !> Returns the polygon of corners that are given in either sense of rotation.
+  !> Returns the polygon of corners that are given in either sense of rotation. Requires: they are those of a convex polygon.
   pure type(polygon_t) function polygon_of(corners) result(polygon)
     !> [length] shape (2, n), n up to most_corners
     real(rk), intent(in) :: corners(:, :)
@@ -67,7 +67,8 @@ contains
     end do
   end function common_part
 
-  !> Returns polygons that together make up `one` without `other`. Polygons below the smallest area are left out.
+  !> Returns polygons that together make up `one` without `other`. If the area that both have in common is at most `smallest`, the
+  !> result is `one` itself.
   pure subroutine rest_of(one, other, smallest, rest)
     type(polygon_t), intent(in) :: one, other
     !> [length**2] polygons of at most this area are left out
@@ -102,6 +103,7 @@ contains
   !> such part.
   pure type(polygon_t) function left_of_side(polygon, other, i_side, is_turned) result(part)
     type(polygon_t), intent(in) :: polygon, other
+    !> side from corner i_side of `other` to the next one
     integer, intent(in) :: i_side
     logical, intent(in), optional :: is_turned
     real(rk) :: along(2), heights(most_corners)

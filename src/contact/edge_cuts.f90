@@ -29,10 +29,11 @@ module sig_edge_cuts
 
 contains
 
-  !> Cuts an edge at the nodes of all other edges. Each piece gets the nearest edge that its middle faces. Pieces that face no edge
-  !> are left out.
+  !> Cuts an edge at the places opposite to the nodes of all other edges. Each piece gets the nearest edge that its middle faces:
+  !> the line along its normal meets this edge, and the product of both normals is at most -0.1. Pieces that face no edge are left
+  !> out.
   pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
-    !> [length] places and [-] normals of the two nodes, shape (2, 2)
+    !> [length] places and [-] normals of the two nodes, shape (2, 2): components, nodes
     real(rk), intent(in) :: ends(:, :)
     real(rk), intent(in) :: normals(:, :)
     !> [length] places of both nodes of the other edges, shape (2, 2, n): components, nodes, edges
@@ -103,9 +104,10 @@ contains
     end if
   end function place_opposite
 
-  !> Finds the nearest other edge that the middle of a piece faces; 0 if no edge faces it.
+  !> Sets i_other of a piece to the nearest other edge that its middle faces, 0 if there is none, and is_far.
   pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
+    !> in: start and end; out: also i_other and is_far
     type(facing_piece_t), intent(inout) :: piece
     real(rk) :: distance, nearest, normal(2), place, point(2)
     integer :: i

@@ -45,8 +45,8 @@ contains
     real(rk), intent(in) :: outward(:, :)
     !> number of corners of each facet; 0 = a facet that is curved itself, which gets no heights
     integer, intent(in) :: n_corners(:)
-    !> [length] positive outward, 0 where the normals do not tell it; shape (size(nodes)): entry offsets(i) + k is that of the edge
-    !> from corner k of facet i to the next one, all others are 0
+    !> [length] positive outward; shape (size(nodes)): entry offsets(i) + k is that of the edge from corner k of facet i to the next
+    !> one, all others are 0. It is 0, too, where the slope is known at neither end, or the ends bend in opposite directions
     real(rk), allocatable, intent(out) :: bulges(:)
     type(surface_nodes_t) :: surface
     logical :: is_known(size(nodes))
@@ -67,8 +67,8 @@ contains
     end do
   end subroutine find_bulges
 
-  !> Computes the height of the third edge of a triangle at a corner of the surface from the other two: the smallest of all
-  !> curvatures that these allow.
+  !> If exactly two of the three heights of a triangle are known, computes the third from them: the smallest of all curvatures that
+  !> these allow. Otherwise nothing changes. Such triangles are at corners of the surface.
   pure subroutine complete_triangle(vertices, is_known, heights)
     !> [length] the corners first
     real(rk), intent(in) :: vertices(:, :)
@@ -94,6 +94,8 @@ contains
   end subroutine complete_triangle
 
   !> Computes the height over the middle of an edge: the smaller of those at its ends, because one end may be next to a sharp edge.
+  !> If the slope is known at one end only, this end counts. The height is 0 if it is known at none, or if the ends bend in opposite
+  !> directions.
   pure subroutine find_height(surface, ends, along, normal, height, is_known)
     type(surface_nodes_t), intent(in) :: surface
     !> two nodes
@@ -180,6 +182,7 @@ contains
     integer, intent(in) :: nodes(:)
     real(rk), intent(in) :: vertices(:, :)
     real(rk), intent(in) :: outward(:)
+    !> number of the corner in the facet, 1-based
     integer, intent(in) :: corner
     type(surface_nodes_t), intent(inout) :: surface
     real(rk) :: after(size(outward)), before(size(outward)), normal(size(outward)), turn

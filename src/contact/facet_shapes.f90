@@ -17,14 +17,16 @@ module sig_facet_shapes
   type :: facet_shape_t
     !> row of element_types; 0 = not a facet of this dimension
     integer :: i_type = 0
+    !> [-] result of shape_coefficients
     real(rk), allocatable :: coefficients(:, :)
-    !> [-] a place inside, where a search starts
+    !> [-] a place of the reference element, inside, where a search starts
     real(rk), allocatable :: middle(:)
-    !> nodes of the parts whose edges count as straight, filled up with 0; shape (max_corners, n_parts)
+    !> corners of the parts whose edges count as straight, as numbers of the facet's nodes (1-based), filled up with 0; shape
+    !> (max_corners, n_parts)
     integer, allocatable :: parts(:, :)
     !> [-] the basis of positive integrals, as combinations of the shape functions
     real(rk), allocatable :: changed_basis(:, :)
-    !> integration over the whole facet
+    !> [-] integration points and weights of the whole reference element, by quadrature_rule
     real(rk), allocatable :: points(:, :)
     real(rk), allocatable :: weights(:)
   contains
@@ -40,7 +42,8 @@ module sig_facet_shapes
 
 contains
 
-  !> Makes the data of all facet types for meshes of a dimension, by the row of element_types.
+  !> Makes the data of all facet types for meshes of a dimension: entry i belongs to row i of element_types, and stays empty with
+  !> i_type = 0 if elements of this row are no facets of such a mesh.
   pure subroutine create_shapes(n_dim, shapes)
     !> dimension of the mesh, 2 or 3
     integer, intent(in) :: n_dim

@@ -31,7 +31,7 @@ contains
     !> edge of the first surface, 1-based
     integer, intent(in) :: i_edge
     type(mortar_side_t), intent(in) :: second
-    !> edges of the second surface that are searched
+    !> edges of the second surface that are searched, 1-based
     integer, intent(in) :: near(:)
     !> [length] search distance: points that face an edge farther away get is_far
     real(rk), intent(in) :: limit
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine list_chords
 
-  !> Adds the integration points of one piece.
+  !> Adds the integration points of one piece. A point for which no place on the other edge is found is left out.
   subroutine add_points(shapes, first, i_edge, part, second, piece, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first

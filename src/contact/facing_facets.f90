@@ -41,7 +41,7 @@ module sig_facing_facets
   !> A part that two facets have in common.
   type :: common_t
     type(polygon_t) :: polygon
-    !> number of the facet among those that are searched
+    !> number of the facet of the second surface among those that are searched
     integer :: i_view = 0
     !> [length] distance of the facets at its centroid
     real(rk) :: distance = 0
@@ -59,7 +59,9 @@ module sig_facing_facets
 contains
 
   !> Adds the integration points of a facet of the first surface where it faces facets of the second one. If several of these lie
-  !> one behind the other, the nearest one counts.
+  !> one behind the other, the nearest one counts. With n, the mean contact normal of the facet's nodes, only facets of the second
+  !> surface count whose outward normal times n is below -0.1. The facet gets no points if its own outward normal times n is not
+  !> above 0.1.
   subroutine face_facet(shapes, first, i_facet, second, near, limit, points)
     !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
@@ -67,7 +69,7 @@ contains
     !> facet of the first surface, 1-based
     integer, intent(in) :: i_facet
     type(mortar_side_t), intent(in) :: second
-    !> facets of the second surface that are searched
+    !> facets of the second surface that are searched, 1-based
     integer, intent(in) :: near(:)
     !> [length] search distance: points that face a facet farther away get is_far
     real(rk), intent(in) :: limit
@@ -235,7 +237,7 @@ contains
     height = dot_product(view%vertices(3, :), shapes(view%i_type)%values(place))
   end function height_at
 
-  !> Removes from each part what it has in common with nearer ones.
+  !> Removes from each part what it has in common with nearer ones. A part whose distance is not known (huge) is left out.
   pure subroutine keep_nearest(found, smallest, commons)
     type(common_t), intent(in) :: found(:)
     real(rk), intent(in) :: smallest

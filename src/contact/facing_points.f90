@@ -31,7 +31,7 @@ contains
   !> Empties the list and keeps its memory.
   pure subroutine clear(self, n_dim)
     class(facing_points_t), intent(inout) :: self
-    !> dimension of a facet
+    !> dimension of a facet: 1 or 2, the same in each call
     integer, intent(in) :: n_dim
     integer, parameter :: usual = 256
 

@@ -53,6 +53,7 @@ contains
   !> parameters and of the place becomes a term with a factor.
   subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
+    !> indices of these pairs, 1-based
     integer, intent(in) :: members(:)
     type(value_config_t), intent(in) :: value
     character(*), intent(in) :: deck_path

@@ -76,8 +76,8 @@ contains
     if (first%ends(1, owner) > 0) weights = [owner_weight, end_weight, end_weight]
   end function first_weights
 
-  !> Returns D of each row by terms. Values at nodes are transformed as displacements g n are, so that D = n_j . integral Phi_j g n
-  !> / integral Phi_j for every g n that the shape functions can follow.
+  !> Returns D of each row by terms. Gaps of rows stay as they are, as term 1. Values at nodes are transformed as displacements g n
+  !> are, so that D = n_j . integral Phi_j g n / integral Phi_j for every g n that the shape functions can follow.
   function gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms) result(gap)
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows

@@ -72,6 +72,7 @@ contains
     logical, intent(in) :: is_prescribed(:)
     !> grows by the terms that an initial gap needs
     type(term_set_t), intent(inout) :: terms
+    !> in: rows of pairs and of the mortar entries before; out: with the new rows behind them
     type(contact_rows_t), intent(inout) :: rows
     !> in: why_swapped is allocated if the sides must be swapped; out: the choice
     type(side_choice_t), intent(inout) :: choice
@@ -147,7 +148,7 @@ contains
     integer, intent(in) :: i_entry
     character(*), intent(in) :: deck_path
     logical, intent(in) :: is_prescribed(:)
-    !> with the terms that are there
+    !> in: the terms that are there; out: with all components
     type(new_rows_t), intent(inout) :: more
     type(error_t), allocatable, intent(out) :: error
     type(mortar_side_t) :: first, second

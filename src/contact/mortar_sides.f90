@@ -22,8 +22,9 @@ module sig_mortar_sides
     integer :: n_facets = 0
     !> values at the nodes of facet i are entries offsets(i) + 1 ... offsets(i + 1)
     integer, allocatable :: offsets(:)
+    !> natural, 1-based
     integer, allocatable :: nodes(:)
-    !> [length] shape (n_dim, size(nodes))
+    !> [length] places of these nodes, shape (n_dim, size(nodes))
     real(rk), allocatable :: vertices(:, :)
     !> [-] contact normals from the first body to the second, same shape; of the first surface only
     real(rk), allocatable :: normals(:, :)
@@ -37,7 +38,8 @@ module sig_mortar_sides
     real(rk) :: longest = 0
     !> whether the facet's functions are those of the changed basis; of the first surface only, shape (n_facets)
     logical, allocatable :: is_changed(:)
-    !> the corners on both sides of a node whose coefficient in that basis is not its value, 0 elsewhere; shape (2, n_nodes)
+    !> natural numbers of the corners on both sides of a node whose coefficient in that basis is not its value, 0 elsewhere; of the
+    !> first surface only, shape (2, n_nodes)
     integer, allocatable :: ends(:, :)
     !> a ball around each facet
     type(k_d_tree_t) :: balls
@@ -99,7 +101,8 @@ contains
     end do
   end subroutine list_nodes
 
-  !> Finds the facets with the changed basis.
+  !> Finds the facets with the changed basis: all if a facet of some type has weak corners; in axisymmetry the quadratic edges that
+  !> end on the axis.
   pure subroutine find_changed(side, is_round)
     type(mortar_side_t), intent(inout) :: side
     logical, intent(in), optional :: is_round

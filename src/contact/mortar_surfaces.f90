@@ -32,7 +32,7 @@ contains
     integer, intent(in) :: n_nodes
     !> both surfaces, the first one with normals
     type(mortar_side_t), intent(in) :: first, second
-    !> [length] search distance: parts that face the second surface beyond it do not count
+    !> [length] search distance: parts that face the second surface beyond it only count in sums%far
     real(rk), intent(in) :: limit
     type(mortar_sums_t), intent(out) :: sums
     type(facet_shape_t) :: shapes(n_element_types)
@@ -147,7 +147,7 @@ contains
     integer, intent(in) :: i_facet
     type(mortar_side_t), intent(in) :: second
     type(facing_points_t), intent(in) :: points
-    !> [length] along the normal of the facet, shape (points%n)
+    !> [length] along the contact normal, shape (points%n)
     real(rk) :: gaps(points%n)
     !> [-] facets that lean more do not face each other
     real(rk), parameter :: least_cosine = 0.1_rk
@@ -213,7 +213,7 @@ contains
     end do
   end subroutine add_shares
 
-  !> Returns the area [length**(n_dim - 1)] of a whole facet.
+  !> Returns the area of a whole facet: [length**(n_dim - 1)], in axisymmetry [length**2] of the full turn.
   pure real(rk) function area_of(model, shape, vertices) result(area)
     type(mechanical_model_t), intent(in) :: model
     type(facet_shape_t), intent(in) :: shape
@@ -240,7 +240,7 @@ contains
     end if
   end function size_of
 
-  !> Returns the circumference at several places.
+  !> Returns the circumference at several places: 2 pi r in axisymmetry, else 1.
   pure function around(model, places)
     type(mechanical_model_t), intent(in) :: model
     real(rk), intent(in) :: places(:, :)

@@ -19,6 +19,7 @@ contains
     type(node_pairs_t), intent(in) :: pairs
     !> [length**(n_dim - 1)] shape (n_pairs)
     real(rk), intent(in) :: areas(:)
+    !> number of columns of rows%gap: all terms of the problem
     integer, intent(in) :: n_terms
     type(contact_rows_t), intent(out) :: rows
     real(rk) :: gap(pairs%n_pairs, n_terms), weights(size(pairs%normal, 1), 2, pairs%n_pairs)

@@ -300,8 +300,8 @@ contains
     end do
   end function pick_supports
 
-  !> Returns the number of rigid motions of all bodies as one. Axisymmetric bodies count as plane ones, which they resemble away
-  !> from the axis.
+  !> Returns the number of rigid motions of all bodies as one: 3 in the plane, 6 in space. Axisymmetric bodies count as plane ones,
+  !> which they resemble away from the axis.
   pure integer function n_common(self)
     class(rigid_motions_t), intent(in) :: self
 
@@ -312,8 +312,9 @@ contains
   !> it has nearly no energy.
   pure function common_field(self, i_mode) result(displacement)
     class(rigid_motions_t), intent(in) :: self
-    !> 1 to n_common
+    !> 1 to n_common: the translations first, then the rotations
     integer, intent(in) :: i_mode
+    !> [-] a translation is 1 at all nodes; a rotation moves by the distance from the mean of all nodes over the largest extent
     real(rk) :: displacement(size(self%coordinates))
     real(rk) :: center(size(self%coordinates, 1)), modes(size(self%coordinates, 1), self%n_common()), length
     integer :: i_node, n_dim
