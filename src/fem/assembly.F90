@@ -31,8 +31,8 @@ contains
     PetscCall(fill_stiffness(mesh, body, map, stiffness, ierr))
   end subroutine assemble_stiffness
 
-  !> Adds the stiffness of all cells to a matrix with the pattern of assemble_stiffness and completes its assembly. To replace old
-  !> values, the caller sets them to zero before. Collective.
+  !> Adds the stiffness of all cells, each rank that of its own cells, to a matrix with the pattern of assemble_stiffness and
+  !> completes its assembly. To replace old values, the caller sets them to zero before. Collective.
   subroutine fill_stiffness(mesh, body, map, stiffness, ierr)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -54,10 +54,11 @@ contains
     PetscCall(MatSetOption(stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine fill_stiffness
 
-  !> Counts for each owned node the nodes that share a cell with it, on this rank and on others. This gives the exact preallocation.
+  !> Counts for each owned node the nodes that share a cell with it, itself included. This gives the exact preallocation.
   subroutine count_neighbors(mesh, map, inside, outside)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
+    !> numbers of those that this rank owns, and of those of other ranks; shape (number of owned nodes)
     integer, allocatable, intent(out) :: inside(:)
     integer, allocatable, intent(out) :: outside(:)
     integer, allocatable :: offsets(:), cells(:), seen_by(:), nodes(:)

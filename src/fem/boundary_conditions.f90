@@ -16,7 +16,7 @@ module sig_boundary_conditions
 
   !> Prescribed displacements and nodal forces of a problem.
   type :: boundary_conditions_t
-    !> number of all terms of the problem; those of the prescribed displacements come first, then those of the loads
+    !> number of all terms of the problem: first those of the prescribed displacements, then of loads, imposed strains, and the rest
     integer :: n_terms = 1
     !> number of the first terms that belong to displacements, loads and imposed strains; no force has a later term
     integer :: n_driving_terms = 1
@@ -42,8 +42,8 @@ contains
 
   !> Creates the prescribed displacements of the deck's entries, and their terms. No forces are set.
   !>
-  !> Errors: unknown boundary name; a dof that two entries prescribe with different values; a function of the place that is not
-  !> finite at a node.
+  !> Errors: unknown boundary name; a dof that two entries prescribe with different values (expressions differ if their texts do); a
+  !> function of the place that is not finite at a node.
   subroutine create_boundary_conditions(mesh, entries, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     !> section boundary_conditions of the deck
@@ -119,6 +119,7 @@ contains
     integer, intent(in) :: nodes(:)
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(in) :: terms
+    !> entry that prescribes each natural dof, 0 = none, shape (n_dofs)
     integer, intent(inout) :: entry_of_dof(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: i, i_dof, other
@@ -138,7 +139,7 @@ contains
     end do
   end subroutine claim_dofs
 
-  !> Whether two values differ. Constants are compared by value: 0 and 0.0 are equal.
+  !> Whether two values differ. Constants are compared by value, so that 0 and 0.0 are equal; all others are compared as texts.
   pure logical function differ(one, other)
     type(value_config_t), intent(in) :: one
     type(value_config_t), intent(in) :: other

@@ -22,6 +22,7 @@ module sig_imposed_strain
     integer :: term = 1
     !> number of the material in the deck, 1-based
     integer :: material = 0
+    !> 1-based
     integer, allocatable :: cells(:)
     !> [-] strain components for theta and value 1, shears as angles
     real(rk) :: direction(n_stresses) = 0

@@ -10,6 +10,7 @@ module sig_load_pattern
   type :: load_pattern_t
     !> natural
     integer, allocatable :: dofs(:)
+    !> 1-based
     integer, allocatable :: terms(:)
     !> [force]
     real(rk), allocatable :: values(:)

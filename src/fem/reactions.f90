@@ -25,8 +25,8 @@ module sig_reactions
 
 contains
 
-  !> Adds up the nodal reactions, along the components that it prescribes, of each boundary. Boundaries come in the order of the
-  !> entries, each once.
+  !> Computes the resultant of each boundary: the sum of the reactions at its nodes, along the components that its entries
+  !> prescribe. Each boundary comes once, in the order of the entries.
   !>
   !> A dof that two boundaries share counts for the first one, so that the sum of all resultants is the whole reaction. Requires:
   !> create_boundary_conditions accepted the entries; an unknown boundary gets no forces.
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine list_boundaries
 
-  !> Returns the index of a boundary, 0 if it is not there.
+  !> Returns the index of the boundary with this name, 1-based; 0 if there is none.
   pure integer function row_of(reactions, boundary) result(i_row)
     type(reaction_t), intent(in) :: reactions(:)
     character(*), intent(in) :: boundary

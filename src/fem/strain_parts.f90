@@ -43,7 +43,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(deck_config_t), intent(in) :: deck
-    !> values of the entries' files, shape (size(deck%imposed_strains))
+    !> values of the entries' files, not allocated for an entry without a file; shape (size(deck%imposed_strains))
     type(nodal_field_t), intent(in) :: fields(:)
     !> gets parts and terms; start_terms was called for its terms
     type(imposed_strains_t), intent(inout) :: strains
@@ -241,7 +241,7 @@ contains
     end do
   end subroutine keep_products
 
-  !> Returns the index of the term with this expression. If there is none behind the first n_first terms, it is added at the end.
+  !> Finds the term with this expression behind the first n_first terms. If there is none, it is added at the end.
   !>
   !> Errors: the text is not a valid expression, as when a product of several expressions of the deck becomes too long.
   subroutine find_term(terms, n_first, text, part, deck_path, i_term, error)

@@ -29,10 +29,11 @@ module sig_surface_load
   !> The pressure of a load, or one component of its traction.
   type :: part_t
     type(load_config_t) :: load
+    !> index of the surface in mesh%groups
     integer :: i_group = 0
     !> +1 for facets whose node order gives the outward normal, else -1
     integer, allocatable :: orientations(:)
-    !> 0 = pressure
+    !> 0 = pressure, else component of the traction
     integer :: component = 0
     type(value_config_t) :: value
   end type part_t

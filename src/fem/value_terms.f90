@@ -15,6 +15,7 @@ module sig_value_terms
 
   !> One part of a value: at node k of a list it is factors(k) * theta(terms(k)).
   type :: value_terms_t
+    !> index of the term at each node, 1-based
     integer, allocatable :: terms(:)
     real(rk), allocatable :: factors(:)
   end type value_terms_t

@@ -58,7 +58,7 @@ contains
   subroutine broadcast_bytes(root, bytes, comm, ierr, piece)
     !> rank that has the bytes, 0-based
     integer, intent(in) :: root
-    !> the bytes; not allocated counts as none
+    !> in: those of the root, where not allocated counts as none; out: the same on every rank
     character(1), allocatable, intent(inout) :: bytes(:)
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr

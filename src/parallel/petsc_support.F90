@@ -165,6 +165,7 @@ contains
     MPI_Comm, intent(in) :: comm
     !> number of rows of this rank
     integer, intent(in) :: n_local
+    !> number of rows of a block
     integer, intent(in) :: block_size
     !> numbers of blocks of each local block row in the columns of this rank, and in other columns; shape (n_local / block_size)
     integer, intent(in) :: diagonal(:), off_diagonal(:)
@@ -263,7 +264,8 @@ contains
     call MPI_Allreduce(MPI_IN_PLACE, value, 1, MPI_DOUBLE_PRECISION, MPI_MAX, comm, ierr)
   end subroutine max_scalar
 
-  !> Replaces each entry of an array by its largest value of all ranks, on all ranks. Collective on comm.
+  !> Replaces each entry of an array by its largest value of all ranks, on all ranks. The shape is the same on all ranks. Collective
+  !> on comm.
   subroutine max_block(comm, values, ierr)
     MPI_Comm, intent(in) :: comm
     real(rk), contiguous, intent(inout) :: values(:, :)
