@@ -116,7 +116,7 @@ contains
   end subroutine build_levels
 
   !> Solves one point with the terms theta [-]. If multigrid fails and may_factor is true, factorizations solve this and all later
-  !> points. Other failures are the reason of the state: too many steps, singular matrix, no equilibrium. Collective.
+  !> points. Other failures are the reason of the state: too many steps, linear solver, singular matrix, no equilibrium. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -133,8 +133,9 @@ contains
     PetscCall(find_set(self, system, theta, state, ierr))
   end subroutine solve
 
-  !> Starts with every pair closed, so that a body that only contact holds is held from the first step on. If an active set occurs a
-  !> second time, only the first wrong pair changes from then on: this cannot cycle, but needs more steps.
+  !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
+  !> held from the first step on. If an active set occurs a second time, only the first wrong pair changes from then on: this cannot
+  !> cycle, but needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -310,7 +311,8 @@ contains
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
 
-  !> Keeps the last pair that holds a body closed unless the loads, which alone give its force, pull it open by more than rounding.
+  !> Changes the wanted set: the last pair that holds a body stays closed unless the loads, which alone give its force, pull it open
+  !> by more than rounding.
   subroutine keep_idle_holds(system, is_closed, step)
     type(contact_system_t), intent(in) :: system
     logical, intent(in) :: is_closed(:)

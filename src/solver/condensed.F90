@@ -35,11 +35,12 @@ module sig_condensed
     !> [length] displacements under the prescribed displacements alone, one per term, then under each lifted force; rows of this
     !> rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
-    !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows)
+    !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the displacement for its
+    !> scaled opening
     real(rk), allocatable :: contact_response(:, :)
-    !> [length/force] W, replicated, shape (n_rows, n_rows)
+    !> [length/force] W, with anchors the matrix at the head of this file; replicated, shape (n_rows, n_rows)
     real(rk), allocatable :: compliance(:, :)
-    !> [length] D - B G, replicated, shape (n_rows, n_terms)
+    !> [length] D - B G, in rows of anchors their scaled forces; replicated, shape (n_rows, n_terms)
     real(rk), allocatable :: free_opening(:, :)
     type(anchors_t) :: anchors
     !> [length/force] the scale of the anchors
@@ -160,8 +161,8 @@ contains
   end function n_points_at_once
 
   !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point without a
-  !> solution has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts. If K could not
-  !> be factored, each state has this reason and zeros. Collective.
+  !> solution has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its forces and
+  !> displacements are of no use. If K could not be factored, each state has this reason and zeros. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system

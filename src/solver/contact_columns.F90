@@ -22,9 +22,10 @@ module sig_contact_columns
   type :: contact_columns_t
     !> reason_converged, or why K could not be factored or a solve failed; 0 before `solve` and `take`
     integer :: reason = 0
-    !> [length per unit of theta] D - B G, shape (n_rows, n_terms)
+    !> [length per unit of theta] D - B G, shape (n_rows, n_terms); after `take` zero in the rows of anchors
     real(rk), allocatable :: free_opening(:, :)
-    !> [length/force] columns of the chosen rows, shape (n_rows, n_chosen); zero for an anchor
+    !> [length/force] columns of the chosen rows, shape (n_rows, n_chosen); the column of an anchor is zero, and after `take` also
+    !> its row
     real(rk), allocatable :: columns(:, :)
     type(anchors_t) :: anchors
   contains

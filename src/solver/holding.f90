@@ -130,7 +130,7 @@ contains
   end subroutine find_anchors
 
   !> Returns for each closed pair whether a body is no longer held when this pair opens: its share in holding the motions is then
-  !> one. It is false for open pairs.
+  !> one. It is false for open pairs, and for all pairs if there are no free motions or the set does not hold the bodies.
   function is_last_hold(motions, is_closed) result(is_last)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies

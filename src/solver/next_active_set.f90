@@ -17,7 +17,7 @@ contains
     real(rk), intent(in) :: multipliers(:)
     !> [length] of each pair, > 0 where the bodies overlap, shape (n_rows)
     real(rk), intent(in) :: penetration(:)
-    !> [length] size of the displacements
+    !> [length] size of the displacements, such as their largest component
     real(rk), intent(in) :: length_scale
     !> [-] a force below noise times the largest force of the closed pairs is rounding, as is a penetration below noise times
     !> length_scale

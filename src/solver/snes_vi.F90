@@ -43,13 +43,14 @@ contains
     PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
-  !> Solves one point: with full steps first, then, if these reach max_iterations, with a backtracking search. A failure is the
-  !> reason of the state. Collective.
+  !> Solves one point: with full steps first, then, if these reach max_iterations, with a backtracking search of as many steps. A
+  !> failure is the reason of the state: too many steps, linear solver, line search. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
+    !> n_iterations is the sum of both attempts
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: unknowns(system%map%n_dofs), residual(system%map%n_dofs), values(system%map%n_dofs), forces(system%map%n_dofs)
