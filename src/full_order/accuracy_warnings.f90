@@ -51,8 +51,8 @@ contains
       'the residuals in the report')
   end function material_warnings
 
-  !> Returns a warning if a residual of the full-order solutions is above 1e-6, that is, if (3) does not hold accurately; empty
-  !> otherwise.
+  !> Returns a warning if a residual of the full-order solutions is above 1e-6 or not a number, that is, if (3) does not hold
+  !> accurately; empty otherwise.
   pure function equilibrium_warning(residuals) result(warning)
     !> [-] residual of equilibrium relative to the forces, of each solution
     real(rk), intent(in) :: residuals(:)

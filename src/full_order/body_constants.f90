@@ -69,7 +69,8 @@ module sig_body_constants
 contains
 
   !> Finds the elastic constants of all bodies, shape (n_bodies), from their values in the middle, at the corners and at sample
-  !> points of the box of the parameters. Errors: at one of these points a constant is not finite or out of its range.
+  !> points of the box of the parameters. Errors: at one of these points a constant is not finite or out of its range. Requires:
+  !> the stiffness depends on the parameters.
   subroutine find_body_constants(problem, constants, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), allocatable, intent(out) :: constants(:)
@@ -88,8 +89,8 @@ contains
     end do
   end subroutine find_body_constants
 
-  !> Checks the elastic constants in the middle, at the corners and at sample points of the box, if the stiffness depends on the
-  !> parameters. Errors: as find_body_constants.
+  !> Checks the elastic constants in the middle, at the corners (with up to 12 parameters) and at 2000 sample points of the box.
+  !> Does nothing if the stiffness does not depend on the parameters. Errors: as find_body_constants.
   subroutine check_box(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -273,7 +274,7 @@ contains
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     integer, intent(in) :: i_body
-    !> by to_variable, shape (n_variables)
+    !> values of the variables of this body, as to_variable gives them, shape (n_variables)
     real(rk), intent(in) :: values(:)
     real(rk) :: value(size(values))
     integer :: i, i_material, i_term

@@ -22,7 +22,7 @@ contains
     !> rows without a multiplier
     type(contact_rows_t), intent(in) :: inert
     type(term_set_t), intent(in) :: terms
-    !> shape (n_parameters, n_points), checked
+    !> shape (n_parameters, n_points); check_points accepted them
     real(rk), intent(in) :: points(:, :)
     type(string_t), allocatable :: lines(:)
     real(rk), allocatable :: theta(:, :)
@@ -44,6 +44,7 @@ contains
   !> Returns the names of both sides of a contact entry, `lower_arc - upper_arc` or `lower_arc - rigid sphere`.
   pure function contact_name(deck, i_entry) result(text)
     type(deck_config_t), intent(in) :: deck
+    !> 1-based
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
 

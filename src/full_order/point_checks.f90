@@ -15,7 +15,8 @@ module sig_point_checks
 contains
 
   !> Checks points before they are solved. Errors: the first point where an elastic constant is out of its range; where a term
-  !> (prescribed value, load, gap, imposed strain) is not finite; where a pair penetrates whose two sides are prescribed.
+  !> (prescribed value, load, gap, imposed strain) is not finite; where a pair penetrates whose two sides are prescribed, or a
+  !> prescribed node its obstacle.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

@@ -179,7 +179,7 @@ contains
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
 
-  !> Returns how many points solve_points should get in one call: more than one if the solver is faster with several points at once.
+  !> Returns how many points solve_points takes at most in one call: more than one if the solver is faster with several points.
   pure integer function n_points_at_once(self) result(n_points)
     class(point_solver_t), intent(in) :: self
 
@@ -216,7 +216,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> [length] natural, shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
-    !> reason_converged, or why K could not be factored; then the response is zero or not allocated
+    !> reason_converged, or why K could not be factored or a solve failed; then the response is zero or not allocated
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
 

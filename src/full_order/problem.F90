@@ -321,7 +321,8 @@ contains
     end associate
   end function surface_of_side
 
-  !> Returns the names of the inert rows, `3 - 8` or `3 - obstacle`, with the node numbers of the mesh file.
+  !> Returns the names of the inert rows, `3 - 8` or `3 - obstacle`, with the node numbers of the mesh file; several nodes of one
+  !> side have blanks between them.
   function inert_pair_names(problem) result(names)
     type(problem_t), intent(in) :: problem
     type(string_t), allocatable :: names(:)

@@ -51,7 +51,7 @@ contains
     call file%write_attribute(group, 'is_cut', merge(1, 0, source%is_cut))
   end subroutine write_source
 
-  !> Reads a term set. Indices in it are not checked here (are_sound_terms).
+  !> Reads a term set. Indices in it are not checked here (are_sound_terms). If `error` is allocated before, nothing is read.
   !>
   !> Errors: a dataset is missing, or has another type or rank; the number of sources is not the one that the file says.
   subroutine read_terms(file, group, path, parameter_names, terms, error)

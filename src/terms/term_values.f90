@@ -164,10 +164,10 @@ contains
     class(term_values_t), intent(inout) :: self
     !> values of the parameters, shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> shape (n_terms)
+    !> values of the terms, shape (n_terms)
     real(rk), intent(out) :: theta(:)
     logical, intent(out) :: is_valid
-    !> first source without a finite value, 0 = none
+    !> first source without a finite value, 1-based; 0 = none
     integer, intent(out) :: i_source
     integer :: i
 
@@ -376,7 +376,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> shape (n_terms, n_points)
     real(rk), allocatable, intent(out) :: theta(:, :)
-    !> first point, and first source there, without a finite value; 0 = none
+    !> first point, and first source there, without a finite value, 1-based; 0 = none
     integer, intent(out) :: i_bad_point
     integer, intent(out) :: i_bad_source
     type(term_values_t) :: values
