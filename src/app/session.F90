@@ -95,7 +95,8 @@ contains
 
   !> Makes and locks the results folder. Collective on all ranks.
   !>
-  !> Errors are printed and set exit_code: the folder cannot be made or locked, because another command uses it.
+  !> Errors are printed and set exit_code: the folder cannot be made or locked, for example because another command
+  !> uses it.
   subroutine claim_folder(self, ierr)
     class(session_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

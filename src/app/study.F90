@@ -70,7 +70,8 @@ contains
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; snapshots are missing, or of another deck or mesh;
   !> those of build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and
-  !> the exit code is that of "not converged". A signal during a refinement ends it without a new model.
+  !> the exit code is that of "not converged". A signal before the training or during a refinement ends the stage without a new
+  !> model.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report

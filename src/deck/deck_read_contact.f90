@@ -160,7 +160,7 @@ contains
     end do
   end subroutine read_place
 
-  !> Reads an expression of the parameters; the number 1 replaces a faulty one.
+  !> Reads a number or an expression of the parameters; the number 1 replaces a faulty one.
   subroutine read_value(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

@@ -91,7 +91,7 @@ contains
     if (size(tree%children(i_mapping)) == 0) call tree%report(i_mapping, 'is an empty mapping; ' // components_text(model))
   end subroutine read_components
 
-  !> Reads an expression with coordinates; a harmless number replaces a faulty one.
+  !> Reads a number or an expression of parameters and coordinates; the number 0 replaces a faulty one.
   subroutine read_field(tree, i_node, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

@@ -65,7 +65,7 @@ contains
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 
-  !> Reads the section `certificate`.
+  !> Reads the section `certificate`: with `max_error: none` the largest error is 0, and `auto` leaves the default.
   subroutine read_certificate(tree, reduction)
     type(deck_tree_t), intent(inout) :: tree
     type(reduction_config_t), intent(inout) :: reduction

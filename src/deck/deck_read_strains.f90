@@ -175,7 +175,7 @@ contains
     text = trim(model%name) // ' models take the strains ' // join(names, ', ')
   end function strains_text
 
-  !> Reads a value; a harmless number replaces a faulty one.
+  !> Reads a value; the number 0 replaces a faulty one.
   subroutine read_value(tree, i_node, wanted, may_use_coordinates, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
