@@ -79,7 +79,7 @@ contains
   !> Removes a column from the set; the others keep their order. Plane rotations make R triangular again.
   subroutine remove(self, i)
     class(column_set_t), intent(inout) :: self
-    !> place of the column in `used`
+    !> place of the column in `used`, 1 to n
     integer, intent(in) :: i
     real(rk) :: c, radius, s
     integer :: k

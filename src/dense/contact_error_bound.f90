@@ -89,9 +89,12 @@ contains
   !> costs a factorization of W_SS.
   real(rk) function bound_of_step(self, lambda, opening, is_closed, more, may_drop) result(bound)
     class(contact_error_bound_t), intent(in) :: self
+    !> as for evaluate
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
+    !> whether a row is in S, shape (n)
     logical, intent(in) :: is_closed(:)
+    !> [force*length] added to c
     real(rk), intent(in) :: more
     !> the third bound is allowed, because forces need not be in balance
     logical, intent(in) :: may_drop

@@ -192,6 +192,7 @@ contains
     class(k_d_tree_t), intent(in) :: self
     !> shape (n_dim)
     real(rk), intent(in) :: place(:)
+    !> largest distance, in the unit of the points
     real(rk), intent(in) :: radius
     !> numbers of the points or balls in the order of the caller, 1-based, ascending; empty if there are none
     integer, allocatable, intent(out) :: numbers(:)

@@ -29,10 +29,10 @@ contains
   !> says why not, and lambda is zero.
   !>
   !> The methods are active set, then block pivoting, then Lemke's with a few covering vectors. Each has a limited number of steps.
-  !> The reason of a failure is that of the last method; it is reason_not_finite if W or q is not finite. For q >= 0 the answer is
-  !> zero. Where the solution is not unique (W is no P-matrix), the answer may depend on the start. All tolerances are relative to
-  !> the terms that are summed, so units do not matter. Nothing is allocated with a workspace and a solution that were used before
-  !> for a problem of this size.
+  !> The reason of a failure is that of the last method, or reason_ill_conditioned if its result misses the conditions by more than
+  !> accepted_residual; it is reason_not_finite if W or q is not finite. For q >= 0 the answer is zero. Where the solution is not
+  !> unique (W is no P-matrix), the answer may depend on the start. All tolerances are relative to the terms that are summed, so
+  !> units do not matter. Nothing is allocated with a workspace and a solution that were used before for a problem of this size.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -112,8 +112,8 @@ contains
   !> Looks for a second solution of a problem that is already solved, by the active set method alone from another start.
   !>
   !> Nothing is found if the method meets the active set of the known solution, a set for the second time, or a set with a singular
-  !> matrix, or if it ends with the same multipliers. This does not prove that there is only one solution. Nothing is allocated with
-  !> a workspace and a solution that were used before for a problem of this size.
+  !> matrix, or if it ends with the same multipliers or with a residual above accepted_residual. This does not prove that there is
+  !> only one solution. Nothing is allocated with a workspace and a solution that were used before for a problem of this size.
   subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -233,8 +233,8 @@ contains
     covering = covering / max(largest, tiny(covering))
   end subroutine set_covering
 
-  !> Takes lambda from the workspace, sets negative rounding errors to zero, and checks the conditions. Where there is no answer,
-  !> lambda is zero.
+  !> Takes lambda from the workspace, sets values that are negative or only rounding to zero, and checks the conditions: a residual
+  !> above accepted_residual gives reason_ill_conditioned. Where there is no answer, lambda is zero.
   pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

@@ -16,8 +16,8 @@ module sig_lcp_block_pivoting
 contains
 
   !> Runs block principal pivoting for lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. It starts from a given set and ends when
-  !> no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of solves is 5 n + 50. Requires:
-  !> workspace%reserve, and workspace%is_symmetric is set.
+  !> no sign is wrong (solved), single exchanges come back to a set, the matrix of a set is singular, or the number of solves is 5 n
+  !> + 50. Requires: workspace%reserve, and workspace%is_symmetric is set.
   !>
   !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. In exact arithmetic the method ends for
   !> P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.

@@ -327,7 +327,8 @@ contains
     is_decided = .true.
   end function is_decided
 
-  !> Returns the tolerance for wrong signs. It grows with the condition number of the set, because rounding errors of a solve do.
+  !> Returns the tolerance for wrong signs, from sign_tolerance to widest_tolerance. It grows with the condition number of the set,
+  !> because rounding errors of a solve do.
   pure function condition_tolerance(reciprocal_condition) result(tolerance)
     real(rk), intent(in) :: reciprocal_condition
     real(rk) :: tolerance

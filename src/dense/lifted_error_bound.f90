@@ -71,7 +71,7 @@ contains
     end do
   end function times
 
-  !> Returns the diagonal of the matrix.
+  !> Returns the diagonal of the matrix, shape (n); 0 where it has no entry.
   pure function diagonal(self) result(values)
     class(sparse_matrix_t), intent(in) :: self
     real(rk) :: values(size(self%starts) - 1)

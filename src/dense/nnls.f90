@@ -174,6 +174,7 @@ contains
   !> taken out again, and it is no candidate until the columns in use have changed.
   subroutine try_column(self, entering, workspace, residual_norm)
     class(nnls_t), intent(in) :: self
+    !> number of the column in A, 1-based
     integer, intent(in) :: entering
     type(nnls_workspace_t), intent(inout) :: workspace
     !> |A x - b| / |b|
