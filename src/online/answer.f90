@@ -35,8 +35,8 @@ module sig_answer
     !> [force] lambda on all contacts where is_whole, shape (n_multipliers)
     real(rk), allocatable :: multipliers(:)
     logical :: is_whole = .false.
-    !> [force] unknowns of the solved problem; they differ from the multipliers at anchors, whose openings are unknowns; shape
-    !> (n_multipliers)
+    !> [force] unknowns of the solved problem, shape (n_multipliers); they differ from the multipliers at anchors, whose openings
+    !> are unknowns; zero where a part of the kind hhr or tied answered
     real(rk), allocatable :: unknowns(:)
     !> one of sig_lcp's methods, or answer_condensed; method_name gives its name
     integer :: method = 0

@@ -31,7 +31,7 @@ module sig_body_derivative
 contains
 
   !> Computes the values of the body's scale and interpolation weights at a point, and their changes, to first order, for a given
-  !> change of the terms.
+  !> change of the terms. It keeps copies of theta and theta_change. Requires: nodes%prepare of the body.
   subroutine create(self, body, theta, theta_change)
     class(body_derivative_t), intent(out) :: self
     type(body_response_t), intent(in) :: body
@@ -95,6 +95,7 @@ contains
     type(body_derivative_t), intent(in) :: self
     !> M at the nodes, column by column; shape (size(y) * size(x), n_nodes)
     real(rk), contiguous, intent(in) :: columns(:, :)
+    !> x and its change dx
     real(rk), intent(in) :: x(:)
     real(rk), intent(in) :: x_change(:)
     real(rk), contiguous, intent(inout) :: y(:)

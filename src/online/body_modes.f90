@@ -178,7 +178,7 @@ contains
     place(n_lifted + 1:) = right
   end subroutine find_coordinates
 
-  !> Returns the quadratic form x'Mx.
+  !> Returns the quadratic form x'Mx, or 0 where rounding makes it negative.
   real(rk) function work_of(n, matrix, x) result(work)
     integer, intent(in) :: n
     real(rk), intent(in) :: matrix(n, n)

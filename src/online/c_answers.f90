@@ -29,8 +29,8 @@ module sig_c_answers
 contains
 
   !> Whether the caller has given the size of its answers, or has no answer (null); otherwise the message of the context says how to
-  !> do this. A program with a newer header has larger answers. Size 0, as in an answer filled with zeros, means the first version
-  !> of the structure, with which every later version begins.
+  !> do this. The size must be at least first_size and less than too_large; a program with a newer header has larger answers. Size
+  !> 0, as in an answer filled with zeros, means the first version of the structure, with which every later version begins.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or null

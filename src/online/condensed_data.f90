@@ -97,7 +97,8 @@ contains
     if (len(name) == 0) name = field_mismatch(self, sizes)
   end function mismatch
 
-  !> Returns the name of an array for displacements whose shape does not fit the model; empty when all fit.
+  !> Returns the name of an array for displacements whose shape does not fit the model or whose values are not finite; empty when
+  !> all fit.
   pure function field_mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes

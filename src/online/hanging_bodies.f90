@@ -113,7 +113,8 @@ contains
 
   !> Removes forces from contacts that are open at the place of the bodies (as in settle), and projects the others on the balance
   !> with the loads again. The first projection has distributed forces over all contacts, also over open ones, and each of these
-  !> forces adds lambda w to the bound. If the remaining forces cannot balance the loads, all forces stay.
+  !> forces adds lambda w to the bound. A contact counts as open if its opening is at least its force times the diagonal of C (for
+  !> an anchor: times `scale`). If the remaining forces cannot balance the loads, all forces stay.
   subroutine release(self, opening, forces)
     class(hanging_bodies_t), intent(in) :: self
     !> [length] openings of the other rows, C lambda + q with closed anchors

@@ -214,7 +214,8 @@ contains
     bound = min(norm2(bounds), total)
   end function bound
 
-  !> Exchanges the unknowns of the anchors: openings become unknowns instead of forces, and forces the complementary values.
+  !> Exchanges the unknowns of the anchors: openings become unknowns instead of forces, and forces the complementary values. A force
+  !> of an anchor that is only rounding becomes 0.
   pure subroutine close_anchors(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)

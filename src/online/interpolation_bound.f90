@@ -74,7 +74,7 @@ contains
     bound = factor * min(bound, size_in(self%residuals, coefficients) / sqrt(ratios(1)))
   end function evaluate
 
-  !> Returns sqrt(x'Mx).
+  !> Returns sqrt(x'Mx), or 0 where rounding makes x'Mx negative.
   real(rk) function size_in(matrix, x)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), contiguous, intent(in) :: x(:)

@@ -189,6 +189,7 @@ contains
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: theta(:)
+    !> [-] >= 0, shape (n_snapshots)
     real(rk), intent(inout) :: coefficients(:)
     !> [force] of the domain, shape (n_rows)
     real(rk), intent(inout) :: forces(:)

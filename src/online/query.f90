@@ -47,9 +47,10 @@ contains
   end subroutine create
 
   !> Answers at one point, inside or outside of the trained box. The cluster answers; or the fallback, if the cluster has no answer
-  !> or its relative bound exceeds the model's max_error. The fallback's own bound is not compared with max_error. answer%reason > 0
-  !> says that there is an answer. Otherwise it says why there is none; among others reason_bad_point: the number of values is
-  !> wrong; reason_bad_term: a term has no finite value; reason_large_bound: the bound is too large and there is no fallback.
+  !> or its relative bound exceeds the model's max_error. An answer without a bound is accepted, and any answer if max_error is 0.
+  !> The fallback's own bound is not compared with max_error. answer%reason > 0 says that there is an answer. Otherwise it says why
+  !> there is none; among others reason_bad_point: the number of values is wrong; reason_bad_term: a term has no finite value;
+  !> reason_large_bound: the bound is too large and there is no fallback.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
@@ -118,7 +119,7 @@ contains
 
   !> Chooses the answer to differentiate. A hyper-reduced answer has an error of its own, and its reconstructed forces have kinks
   !> where snapshots enter or leave the combination. Where the model keeps the full-order operator, its answer is differentiated
-  !> instead, which gives the derivatives of the full-order problem.
+  !> instead, which gives the derivatives of the full-order problem. If the operator has no answer, `answer` is chosen.
   subroutine choose_answer(self, online, point, answer, chosen)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -110,9 +110,9 @@ contains
 
   !> Solves the complementarity problem of all contacts with W and q of the point. It starts from the active set of the nearest
   !> training point or, without one, from all contacts closed. In a model with modes it then computes the displacement by modes and
-  !> bounds its error (bound_displacement); certify replaces this bound where the forces have one.
-  !> Without an answer the reason is that of solve_lcp, reason_no_material for impossible elastic constants, or reason_pulled_off if
-  !> the loads pull a body off its contacts. Arguments: solve_at in sig_reduced; `judge` is not used.
+  !> bounds its error (bound_displacement); certify replaces this bound where the forces have one. Without an answer the reason is
+  !> that of solve_lcp, reason_no_material for impossible elastic constants, or reason_pulled_off if the loads pull a body off its
+  !> contacts. Arguments: solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -144,10 +144,10 @@ contains
   end subroutine solve
 
   !> Bounds the error of the displacement if the forces have no bound; without middle_factor there is no bound. The error of the
-  !> forces is at most |delta|_{W^-1}, where
-  !> delta are the errors of the interpolated openings. delta is the sum of rho, the difference of the openings by modes and the
-  !> interpolated ones, and of the errors of the openings by modes, whose norm is at most that of the residual r. So |u_r - u|_K <=
-  !> 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of the bodies.
+  !> forces is at most |delta|_{W^-1}, where delta are the errors of the interpolated openings. delta is the sum of rho, the
+  !> difference of the openings by modes and the interpolated ones, and of the errors of the openings by modes, whose norm is at
+  !> most that of the residual r. So |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of
+  !> the bodies.
   subroutine bound_displacement(self, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     type(interpolated_room_t), intent(in) :: room
