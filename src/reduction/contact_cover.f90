@@ -14,13 +14,15 @@ module sig_contact_cover
 contains
 
   !> Returns a few contact rows to add to a domain, so that each snapshot with contact forces has a noticeable force on some row of
-  !> the domain. The rows are chosen one after the other. Each is the row with the largest sum of relative forces over the snapshots
-  !> that still have no row; of equal rows it is the first. The result is empty where nothing is missing.
+  !> the domain: at least 1 % of the largest force of this snapshot. The rows are chosen one after the other. Each is the row with
+  !> the largest sum of forces, relative to the largest force of their snapshot, over the snapshots that still have no such row; of
+  !> nearly equal rows it is the first. The result is in the order of the choice, and empty where nothing is missing.
   pure function missing_rows(multipliers, domain_rows) result(rows)
     !> [force] shape (n_rows, n_snapshots)
     real(rk), intent(in) :: multipliers(:, :)
     !> rows that the domain has already, 1-based
     integer, intent(in) :: domain_rows(:)
+    !> 1-based
     integer, allocatable :: rows(:)
     real(rk) :: shares(size(multipliers, 1), size(multipliers, 2))
     logical :: is_seen(size(multipliers, 2))

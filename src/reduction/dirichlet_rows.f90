@@ -40,12 +40,14 @@ contains
     lifting = matmul(basis, particular)
   end subroutine impose_dirichlet_rows
 
-  !> Computes the solution of least norm of C x = g and an orthonormal basis of the null space of C, by the singular values of C.
+  !> Computes the solution of least norm of C x = g, in the sense of least squares, and an orthonormal basis of the null space of C,
+  !> by the singular values of C.
   subroutine solve_rows(matrix, rhs, rank_tolerance, particular, null_space)
     !> C, shape (n_rows, n)
     real(rk), intent(in) :: matrix(:, :)
     !> g, shape (n_rows, n_terms)
     real(rk), intent(in) :: rhs(:, :)
+    !> [-] as in impose_dirichlet_rows
     real(rk), intent(in) :: rank_tolerance
     !> C^+ g, shape (n, n_terms)
     real(rk), allocatable, intent(out) :: particular(:, :)
@@ -104,6 +106,7 @@ contains
   pure function nearest_unit_vectors(rows) result(is_near)
     !> orthonormal, shape (rank, n)
     real(rk), intent(in) :: rows(:, :)
+    !> unit vector i is chosen
     logical :: is_near(size(rows, 2))
     real(rk) :: projector(size(rows, 2), size(rows, 2)), diagonal(size(rows, 2)), column(size(rows, 2))
     integer :: i, k

@@ -14,7 +14,7 @@ module sig_enrichment
   type :: enrichment_rule_t
     !> take the best hat each time, until a limit below is reached; otherwise take all hats in their order
     logical :: is_greedy = .true.
-    !> take no hat where the rank of (11) is full without hats
+    !> take no hat where the rank of (11) is full without hats; otherwise choose as is_greedy says
     logical :: is_auto = .false.
     !> [-] the greedy choice ends when the rank is full and kappa is at most this
     real(rk) :: max_condition_number = 10
@@ -33,14 +33,15 @@ module sig_enrichment
     integer, allocatable :: ranks(:)
     !> [-] kappa, infinite below full rank
     real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest singular value over the smallest one that is not zero; infinite if all are zero, 1 without rows
+    !> [-] largest singular value over the smallest one above the rank tolerance; infinite if all are zero, 1 without rows
     real(rk), allocatable :: ratios(:)
   end type enrichment_path_t
 
 contains
 
   !> Chooses hats by the rule. The greedy choice adds hats until kappa is small enough and the rank is full, until max_hats is
-  !> reached, or until no candidate is left. Without it all candidates are added in their order.
+  !> reached, or until no candidate is left. It adds none where that is so from the start. Without it all candidates are added in
+  !> their order. With is_auto, neither adds a hat where the rank is full without hats.
   !>
   !> Each hat adds a column to M = B[A_lambda, A_c] V[A_c]. This column is zero except in the contact row of the hat. Source:
   !> Algorithm 1, (11), (12). Local. Of nearly equal candidates the first is taken. Cost: per hat one decomposition of M, and per
@@ -49,8 +50,8 @@ contains
   !> Paper: Algorithm 1 does not say what to do where no candidate lowers kappa, and the first hats usually raise it. Here the best
   !> candidate is added anyway. Where the rank is not full, the smallest singular value above the rank tolerance replaces the
   !> smallest one in kappa. Values below the rank tolerance are rounding and must not influence the choice; pairs that are closed in
-  !> all snapshots give many such values. There is one candidate per pair, because a hat on the other side adds no direction to the
-  !> columns of M.
+  !> all snapshots give many such values. The greedy choice gets one candidate per pair, because a hat on the other side adds no
+  !> direction to the columns of M.
   subroutine choose_hats(contact_matrix, rows, entries, rule, path)
     !> M, shape (n_rows, n_modes)
     real(rk), intent(in) :: contact_matrix(:, :)
@@ -109,6 +110,7 @@ contains
     path%ratios = [path%ratios, ratio]
   end subroutine append_state
 
+  !> Whether the rule allows no further hat.
   pure logical function is_finished(path, n_rows, rule)
     type(enrichment_path_t), intent(in) :: path
     integer, intent(in) :: n_rows
@@ -124,6 +126,7 @@ contains
 
   !> Returns the index of the candidate that gives the smallest ratio of singular values; of nearly equal ones the first.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
+    !> of M with the hats so far, without the singular values that count as zero
     type(column_space_t), intent(in) :: space
     !> rows and entries as in choose_hats
     integer, intent(in) :: rows(:)

@@ -54,6 +54,7 @@ contains
   !> where all are taken.
   subroutine find_worst(self, i_worst, error)
     class(greedy_projection_t), intent(inout) :: self
+    !> number of the vector, 1-based
     integer, intent(out) :: i_worst
     !> [as vectors] its distance from the span of those taken
     real(rk), intent(out) :: error
@@ -93,6 +94,7 @@ contains
   !> Takes vector i: it is not a candidate any more, and the span grows by its direction unless the span contains it up to rounding.
   subroutine take(self, i)
     class(greedy_projection_t), intent(inout) :: self
+    !> number of the vector, 1-based, not taken yet
     integer, intent(in) :: i
     real(rk) :: direction(size(self%rests, 1)), shares(self%n_directions)
 

@@ -123,9 +123,9 @@ contains
     end do
   end function hats_of_side
 
-  !> [-] Returns the coefficients of the owner of a row. Where the first side of the row has more nodes than the owner, they are
-  !> scaled so that the hat changes the row by 1. Along a side of a quadratic face this is the shape function of the middle node in
-  !> the changed basis.
+  !> [-] Returns the coefficients of the owner of a row, shape (n_dim). Where the first side of the row has more nodes than the
+  !> owner, they are scaled so that they change the row by 1. Along a side of a quadratic face this is the shape function of the
+  !> middle node in the changed basis.
   pure function normal_of(rows, row) result(normal)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
@@ -135,7 +135,7 @@ contains
     if (rows%splits(row) - rows%offsets(row) > rows%n_dim) normal = normal / sum(normal**2)
   end function normal_of
 
-  !> Adds to a hat the motions of the owners of other rows that follow it.
+  !> Adds to hat i_hat, the last one so far, the motions of the owners of other rows that follow it.
   pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row

@@ -112,13 +112,14 @@ contains
     ierr = sig_thin_svd(self%n_rows, size(rows, 2), rows, self%singular_values, self%wide)
   end subroutine decompose
 
-  !> Returns the first left singular vectors, with all rows on every rank. Collective.
+  !> Returns the first left singular vectors, with all rows on every rank. Collective. Requires: decompose; no earlier call.
   !>
   !> The result does not depend on the number of ranks, up to rounding: the sign is such that the largest entry of each vector is
   !> positive (of entries within 1e-8 of the largest, the one with the lowest index). Vectors whose singular value is only rounding
   !> (below 1e-15 of the first value) are arbitrary.
   subroutine left_vectors(self, n_vectors, vectors, ierr)
     class(pod_t), intent(inout) :: self
+    !> at most the number of singular values
     integer, intent(in) :: n_vectors
     !> [-] orthonormal columns, shape (n_rows, n_vectors), the same on all ranks
     real(rk), allocatable, intent(out) :: vectors(:, :)
@@ -167,10 +168,11 @@ contains
     real(rk), intent(in) :: response(:, :)
     !> [-] values of the terms, shape (n_terms, n_snapshots); with n_terms = 0 the whole displacements are decomposed
     real(rk), intent(in) :: theta(:, :)
-    !> scale all parts to length 1, so that weak ones count as much as strong ones
+    !> scale all parts to length 1, so that weak ones count as much as strong ones; parts that are only rounding become 0
+    !> (equal_weights)
     logical, intent(in) :: is_normalized
     MPI_Comm, intent(in) :: comm
-    !> after its step `decompose`
+    !> after its step `decompose`; the caller destroys it
     type(pod_t), intent(out) :: pod
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: weights(size(theta, 2))

@@ -11,7 +11,8 @@ module sig_pod_rank
 
 contains
 
-  !> Returns the number of modes of a reduced model: as many as the tolerance asks for (20), but none that is rounding. Local.
+  !> Returns the number of modes of a reduced model: as many as the tolerance asks for (20), but at most available_modes, that is,
+  !> none that is rounding. Local.
   pure integer function pod_rank(singular_values, tolerance) result(n_modes)
     !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)
@@ -21,7 +22,7 @@ contains
     n_modes = min(rank_from_energy_tail(singular_values, tolerance), available_modes(singular_values))
   end function pod_rank
 
-  !> Returns the number of modes whose singular value is more than rounding.
+  !> Returns the number of modes whose singular value is more than rounding, that is, above 1e-13 times the first one.
   pure integer function available_modes(singular_values) result(n_modes)
     !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)

@@ -35,8 +35,10 @@ contains
   !> (10). Local. Cost: size of the domain times (n_modes + n_terms) * n_modes.
   subroutine project(mesh, body, rows, loads, domain, basis, lifting, lifted_terms, blocks)
     type(mesh_t), intent(in) :: mesh
+    !> materials of all cells, which give K
     type(elastic_body_t), intent(in) :: body
     type(contact_rows_t), intent(in) :: rows
+    !> F: nodal forces of loads and imposed strains per term
     type(load_pattern_t), intent(in) :: loads
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
@@ -68,7 +70,7 @@ contains
   !> lifting to the load. Local.
   subroutine project_part(mesh, body, domain, basis, lifting, stiffness, load)
     type(mesh_t), intent(in) :: mesh
-    !> body whose stiffness is K_q
+    !> materials of all cells with which the stiffness is K_q: the modulus of the part is 1, all other moduli are 0
     type(elastic_body_t), intent(in) :: body
     type(reduced_domain_t), intent(in) :: domain
     !> V, shape (n_dofs, n_modes)
@@ -140,6 +142,7 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     !> [length] of the lifted terms, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
+    !> as in project
     integer, intent(in) :: lifted_terms(:)
     !> [length]
     real(rk) :: gap(size(domain%contact_rows), size(rows%gap, 2)), closing(size(lifted_terms))

@@ -12,7 +12,7 @@ module sig_reduced_domain
   type :: reduced_domain_t
     !> L: nodes around which the domain is built
     integer, allocatable :: seed_nodes(:)
-    !> L': contact partners of seed nodes, and partners that were added so that no contact row is cut
+    !> L': contact partners of seed nodes, and partners that were added so that no contact row is cut; without the seed nodes
     integer, allocatable :: facing_nodes(:)
     !> Omega_A: every cell that touches a seed or facing node
     integer, allocatable :: cells(:)
@@ -20,7 +20,7 @@ module sig_reduced_domain
     integer, allocatable :: interior_dofs(:)
     !> I: the other dofs of cells that touch an interior node
     integer, allocatable :: interface_dofs(:)
-    !> A_c: dofs of A that occur in a contact row
+    !> A_c: dofs of A that occur in a contact row with a coefficient that is not zero
     integer, allocatable :: contact_dofs(:)
     !> A_lambda: contact rows with a dof in A_c
     integer, allocatable :: contact_rows(:)
@@ -58,8 +58,8 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> natural (order of the mesh file), in any order here, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
-    !> true: partners are added (Fig. 2b). False: nodes of a cut contact row are not interior and have no equations (Fig. 2a, as in
-    !> [9])
+    !> true: partners are added (Fig. 2b). False: none are added; nodes of a cut contact row are not interior and have no equations
+    !> (Fig. 2a, as in [9])
     logical, intent(in) :: has_partners
     type(reduced_domain_t), intent(out) :: domain
     type(growth_t) :: growth

@@ -29,8 +29,8 @@ contains
     lengths = sqrt(lengths)
   end subroutine snapshot_lengths
 
-  !> Finds the first snapshot that equals an earlier one, up to rounding, and this earlier one. Both numbers are 0 where all differ.
-  !> Collective on comm.
+  !> Finds the first snapshot that equals an earlier one, up to 1e-14 of its norm, and the first of these earlier ones. Both numbers
+  !> are 0 where all differ. Collective on comm.
   !>
   !> Equal snapshots are no error, and k-medoids accepts them: a load on whole edges can be the same at two parameter points.
   subroutine find_identical(snapshots, lengths, comm, i_snapshot, i_earlier, ierr)

@@ -17,11 +17,12 @@ module sig_solvability
 
 contains
 
-  !> Measures the rank and the condition number of the reduced stiffness K_r, and keeps them in `cluster`. The condition numbers
-  !> before the first hat and after each hat are those of the leading blocks of K_r, because hats are the last modes. Where K_r
-  !> depends on the parameters, it is taken in the middle of the box.
+  !> Measures the rank and the condition number of the reduced stiffness K_r: sets stiffness_rank, stiffness_condition and
+  !> history%stiffness_conditions of `cluster`. The last are the condition numbers before the first hat and after each hat, those of
+  !> the leading blocks of K_r, because hats are the last modes. Condition numbers are infinite only where a singular value is
+  !> exactly zero. Where K_r depends on the parameters, it is taken in the middle of the box.
   subroutine measure_stiffness(rank_tolerance, cluster)
-    !> [-] a singular value below this times the largest counts as zero
+    !> [-] a singular value below this times the largest counts as zero in the rank, not in the condition numbers
     real(rk), intent(in) :: rank_tolerance
     type(hhr_data_t), intent(inout) :: cluster
     real(rk), allocatable :: stiffness(:, :)
@@ -50,14 +51,15 @@ contains
     if (cluster%varying%is_there()) stiffness = stiffness_at(cluster, cluster%varying%reference)
   end function reference_stiffness
 
-  !> Chooses anchors: contact rows that hold the rigid motions for which K_r has no stiffness, those of bodies that only contact
-  !> holds. Rank and condition number are then measured again, with these rows as constraints. There are no anchors where K_r has
-  !> full rank, where more motions lack stiffness than rigid motions exist, or where the rows cannot hold them. Requires:
-  !> measure_stiffness.
+  !> Sets cluster%anchors: contact rows, as positions among those of the domain, that hold the rigid motions for which K_r has no
+  !> stiffness, those of bodies that only contact holds. stiffness_rank and stiffness_condition are then measured again, with these
+  !> rows as constraints. There are no anchors, and nothing else changes, where K_r has full rank, where it lacks more ranks than
+  !> n_free or than there are rows, or where the rows cannot hold the motions. Requires: measure_stiffness.
   subroutine hang_bodies(n_free, rank_tolerance, cluster)
     !> number of rigid motions that only contact holds
     integer, intent(in) :: n_free
-    !> [-] as in measure_stiffness; openings below this times the size of the row count as zero, too
+    !> [-] as in measure_stiffness; a row whose openings under these motions are at most this times its size in contact_matrix holds
+    !> none of them. With anchors, smaller singular values count as zero in the condition number, too (then infinite)
     real(rk), intent(in) :: rank_tolerance
     type(hhr_data_t), intent(inout) :: cluster
     real(rk), allocatable :: direction(:), reach(:, :), s(:), u(:, :), vt(:, :)

@@ -29,7 +29,7 @@ contains
   !> Computes the same as condition_number from the singular values of a matrix with n_rows rows. Values that are not numbers give
   !> rank 0 and an infinite kappa.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
-    !> singular values, descending
+    !> singular values, descending, not more than n_rows values
     real(rk), intent(in) :: sigma(:)
     integer, intent(in) :: n_rows
     !> as for condition_number, like kappa and rank

@@ -32,7 +32,8 @@ contains
     call svd(matrix, space%left, space%values, right)
   end subroutine decompose_columns
 
-  !> Keeps only the n largest singular values of A and their left vectors. Requires: n is at most the number of values.
+  !> Keeps only the n largest singular values of A and their left vectors, as if all others were zero. Requires: n is at most the
+  !> number of values.
   pure subroutine keep_largest(space, n)
     type(column_space_t), intent(inout) :: space
     integer, intent(in) :: n
@@ -41,8 +42,9 @@ contains
     space%values = space%values(:n)
   end subroutine keep_largest
 
-  !> Returns the ratio of the largest to the smallest of the min(n_rows, n_columns + 1) singular values of [A, c], the matrix A of
-  !> decompose_columns with one more column c; infinite where the smallest is zero.
+  !> Returns the ratio of the largest to the smallest singular value of [A, c], the matrix A of decompose_columns with one more
+  !> column c; infinite where the smallest is zero. With n values in `space`, only the min(n_rows, n + 1) largest ones of [A, c]
+  !> count: zeros that keep_largest made of values of A do not. Requires: at least one row.
   !>
   !> The squares of the singular values of [A, c] are the roots x of 1 + sum_i z_i**2 / (d_i**2 - x) = 0. The d_i are the singular
   !> values of A, and z = U' c. Where there are fewer values than rows, there is one more d_i = 0, whose z_i is the length of the
@@ -50,6 +52,7 @@ contains
   !> that small values are as exact as in the decomposition of A.
   !> Source: Golub, SIAM Review 15 (1973), section 5. Local. Cost: n_rows * size of d.
   pure real(rk) function ratio_with_column(space, column) result(ratio)
+    !> of A
     type(column_space_t), intent(in) :: space
     !> c, shape (n_rows)
     real(rk), intent(in) :: column(:)
@@ -78,6 +81,7 @@ contains
 
   !> Returns the length of a column after its part in the span of orthonormal columns is taken away.
   pure real(rk) function outside_part(basis, column) result(length)
+    !> the orthonormal columns, shape (n_rows, n)
     real(rk), intent(in) :: basis(:, :)
     real(rk), intent(in) :: column(:)
     real(rk) :: rest(size(column))
@@ -97,6 +101,7 @@ contains
   pure real(rk) function smallest_root(poles, weights) result(root)
     !> d_i, ascending, >= 0
     real(rk), intent(in) :: poles(:)
+    !> z_i
     real(rk), intent(in) :: weights(:)
     real(rk) :: upper
 
@@ -110,8 +115,9 @@ contains
     root = poles(1) + offset_of_root(poles, weights, 1, upper - poles(1))
   end function smallest_root
 
-  !> Returns the root above the highest pole, or that pole where no other root lies there.
+  !> Returns the root x^(1/2) above the highest pole, or that pole where no root lies above it.
   pure real(rk) function largest_root(poles, weights) result(root)
+    !> poles and weights as in smallest_root
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)
 
@@ -123,10 +129,12 @@ contains
   !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k +
   !> offset.
   pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
+    !> poles and weights as in smallest_root
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)
     !> k
     integer, intent(in) :: i_pole
+    !> upper limit of the offset; also the result where the sign does not change below it
     real(rk), intent(in) :: widest
     real(rk) :: differences(size(poles)), sums(size(poles)), lower, upper
     integer :: i

@@ -42,8 +42,10 @@ contains
   !> Calls dgesdd with its work space. The values are NaN where the matrix is not finite (LAPACK might not return) or the method
   !> does not converge.
   subroutine run_dgesdd(job, a, s, u, vt)
+    !> N: values only, u and vt are not used; S: the thin decomposition
     character(1), intent(in) :: job
     real(rk), intent(in) :: a(:, :)
+    !> s, u and vt as in svd; they do not change where the matrix has no entries
     real(rk), intent(inout) :: s(:)
     real(rk), intent(inout) :: u(:, :)
     real(rk), intent(inout) :: vt(:, :)

@@ -148,7 +148,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine share_cluster
 
-  !> Writes the warnings of the training of each cluster to the log.
+  !> Writes the warnings of the training of each cluster to the log, with the number of the cluster where there are several.
   subroutine log_cluster_warnings(model)
     type(model_t), intent(in) :: model
     type(string_t), allocatable :: warnings(:)
@@ -197,7 +197,7 @@ contains
     cluster%fits_displacements = problem%deck%reduction%reconstruction == 'multipliers_and_displacements'
   end subroutine train_cluster
 
-  !> Checks that modes are left after the prescribed rows are imposed. Errors: none is left.
+  !> Checks that modes, hats included, are left after the prescribed rows are imposed. Errors: none is left.
   subroutine need_unknowns(problem, cluster, error)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(in) :: cluster

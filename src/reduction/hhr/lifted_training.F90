@@ -36,9 +36,9 @@ module sig_lifted_training
 
 contains
 
-  !> Adds the data for certificates to every cluster. No cluster gets them where reduction.max_full_order_size is 0, or, with a
-  !> warning in the log, where they need more memory than it allows or the solves are not possible. Collective on all ranks, with
-  !> the same result on each.
+  !> Adds the data for certificates to every cluster. No cluster gets them where reduction.max_full_order_size is 0 or there are no
+  !> contact rows, or, with a warning in the log, where they need more memory than max_full_order_size allows, the stiffness cannot
+  !> be factored, or a row has no node of its own that is free to move. Collective on all ranks, with the same result on each.
   subroutine add_certificates(full_order, model, ierr)
     !> loaded problem, whose stiffness does not depend on the parameters
     type(full_order_t), intent(inout) :: full_order
@@ -75,7 +75,7 @@ contains
       ' of its columns and the snapshots')
   end subroutine add_certificates
 
-  !> Returns the reason, as text, why there are no certificates.
+  !> Returns the reason, as text, why there are no certificates: the solves failed, or else the lift is not possible.
   function why_not(columns) result(reason)
     type(contact_columns_t), intent(in) :: columns
     character(:), allocatable :: reason
@@ -115,7 +115,8 @@ contains
   end function rows_of_domains
 
   !> Computes the columns of W for the chosen rows, the openings without contact per term, and the lift. Collective on all ranks.
-  !> The results of the first rank are sent to all.
+  !> The results of the first rank are sent to all. It failed where columns%reason is not reason_converged or lift%is_possible is
+  !> false.
   subroutine solve_columns(full_order, chosen, columns, lift, ierr)
     type(full_order_t), intent(inout) :: full_order
     !> numbers of the rows, ascending
@@ -145,7 +146,7 @@ contains
     lift%stiffness%values = values(:, 1)
   end subroutine solve_columns
 
-  !> Fills cluster%certificate. Local.
+  !> Fills cluster%certificate. Requires: the contact forces and contact displacements of the snapshots in `cluster`. Local.
   subroutine fill_certificate(model, columns, own_columns, lift, cluster)
     type(model_t), intent(in) :: model
     type(contact_columns_t), intent(in) :: columns
@@ -169,15 +170,15 @@ contains
     end associate
   end subroutine fill_certificate
 
-  !> Computes up to 20 POD modes ("patterns") of the contact forces of up to 300 of the snapshots in the norm of W, that is, in the
-  !> energy norm of the displacements that the forces cause. Local.
+  !> Computes up to 20 POD modes ("patterns") of the contact forces in the norm of W, that is, in the energy norm of the
+  !> displacements that the forces cause. They are made of at most 300 snapshots, taken at equal steps. Local.
   subroutine choose_patterns(forces, openings, largest_size, patterns, pattern_openings)
     !> [force] Lambda, in balance with the anchors, and [length] W Lambda; shape (n_multipliers, n_snapshots)
     real(rk), intent(in) :: forces(:, :)
     real(rk), intent(in) :: openings(:, :)
-    !> [sqrt(force*length)] largest norm of the forces of a snapshot
+    !> [sqrt(force*length)] largest norm of the forces of a snapshot, of all snapshots
     real(rk), intent(out) :: largest_size
-    !> patterns of norm 1, and W times them, shape (n_multipliers, n_patterns)
+    !> [sqrt(force/length)] patterns of norm 1, and [sqrt(length/force)] W times them; shape (n_multipliers, n_patterns)
     real(rk), allocatable, intent(out) :: patterns(:, :)
     real(rk), allocatable, intent(out) :: pattern_openings(:, :)
     real(rk), allocatable :: gram(:, :), u(:, :), s(:), vt(:, :), weights(:, :)

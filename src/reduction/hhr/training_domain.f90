@@ -20,8 +20,9 @@ module sig_training_domain
 
 contains
 
-  !> Builds the reduced integration domain. With automatic zones of interest, or if the domain has no contact row, more contact rows
-  !> may be added: rows that are closed in snapshots (lacking_rows).
+  !> Builds the reduced integration domain around the interpolation nodes of the modes, the zones of interest and moved_nodes. With
+  !> automatic zones of interest, or if this domain has no contact row, it is built again with more contact rows if lacking_rows
+  !> finds some: rows that are closed in snapshots, or, where none is, rows that are nearly closed.
   !>
   !> Errors: the mesh lacks a boundary of the deck; no node lies in a window.
   subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)
@@ -34,7 +35,7 @@ contains
     !> modes of the contact forces, shape (n_multipliers, n_dual_modes)
     real(rk), intent(in) :: dual_modes(:, :)
     type(reduced_domain_t), intent(out) :: domain
-    !> nodes on which prescribed displacements are imposed as equations; none with a lifting; repetitions are possible
+    !> nodes on which prescribed displacements are imposed as equations, natural; none with a lifting; repetitions are possible
     integer, allocatable, intent(out) :: moved_nodes(:)
     type(error_t), allocatable, intent(out) :: error
     type(contact_rows_t) :: dual_rows
@@ -121,11 +122,11 @@ contains
     end do
   end function is_moved
 
-  !> Returns the node nearest to the mean of all nodes; of equally near ones the lowest number.
+  !> Returns the node nearest to the mean position of the given nodes; of nearly equally near ones the lowest number.
   pure integer function middle_node(coordinates, nodes)
-    !> shape (n_dim, size(nodes))
+    !> [length] of these nodes, shape (n_dim, size(nodes))
     real(rk), intent(in) :: coordinates(:, :)
-    !> ascending
+    !> natural, ascending
     integer, intent(in) :: nodes(:)
     real(rk) :: distances(size(nodes))
 

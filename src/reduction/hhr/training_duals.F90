@@ -30,7 +30,8 @@ contains
     call keep_resultants(problem, cluster)
   end subroutine keep_dual_snapshots
 
-  !> Keeps the force balance Z'F = Z'B' lambda for the rigid motions Z that no prescribed displacement holds.
+  !> Sets cluster%motion_load (Z'F per term) and cluster%motion_closing of the force balance Z'F = Z'B' lambda for the rigid motions
+  !> Z that no prescribed displacement holds.
   subroutine keep_resultants(problem, cluster)
     type(problem_t), intent(in) :: problem
     type(hhr_data_t), intent(inout) :: cluster

@@ -32,10 +32,10 @@ module sig_training_modes
 contains
 
   !> Computes the modes of the snapshots minus their response without contact, or of the whole snapshots with `dirichlet:
-  !> multiplier`. Collective on comm, over which the dofs of the snapshots are spread.
+  !> multiplier`. Collective on comm, over which the dofs of the snapshots are spread; the result is the same on each rank.
   !>
-  !> Errors: there is no mode above rounding, for example because no snapshot has contact; the deck asks for more modes than there
-  !> are.
+  !> Errors: there is no mode above rounding, because all snapshots are zero, have no contact, or contact moves nothing; the deck
+  !> asks for more modes than there are. After an error modes%vectors is not allocated.
   subroutine compute_modes(problem, snapshots, comm, modes, error, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -76,9 +76,9 @@ contains
     end if
   end function terms_at
 
-  !> Sets modes%n_domain to reduction.n_modes, or by pod_tolerance if the deck has none, and modes%n_extra by
-  !> extended_pod_tolerance, or to extra_modes if the deck has none. Source: section 3.4. Errors: the deck asks for more modes than
-  !> there are.
+  !> Sets modes%n_domain to reduction.n_modes, or by pod_tolerance if the deck has none, and modes%n_extra to the modes beyond them
+  !> that extended_pod_tolerance asks for, or to extra_modes if the deck has no extended_pod_tolerance. Source: section 3.4. Errors:
+  !> both together are more than the modes above rounding.
   subroutine count_modes(reduction, path, modes, error)
     type(reduction_config_t), intent(in) :: reduction
     character(*), intent(in) :: path
@@ -98,7 +98,8 @@ contains
       hint='take fewer modes or more training points')
   end subroutine count_modes
 
-  !> Makes the error for snapshots without modes: no load, no contact, or no effect of contact. Collective on comm.
+  !> Makes the error for snapshots without modes: all are zero, none has contact forces, or contact moves nothing. Collective on
+  !> comm.
   subroutine explain_no_modes(snapshots, path, comm, error, ierr)
     type(training_set_t), intent(in) :: snapshots
     character(*), intent(in) :: path
@@ -121,14 +122,16 @@ contains
     end if
   end subroutine explain_no_modes
 
-  !> Computes the modes of the contact forces, shape (n_multipliers, n_modes). There are none where the deck has no
-  !> dual_pod_tolerance or where no snapshot has contact forces. Collective on comm, whose ranks share the work.
+  !> Computes the modes of the contact forces, as many as dual_pod_tolerance of the deck asks for. There are none (n_modes = 0)
+  !> where the deck has no dual_pod_tolerance or where no snapshot has contact forces. Collective on comm, whose ranks share the
+  !> work; the result is the same on each.
   !>
   !> Source: section 5.2: "this dual POD RB is only used for the RID expansion".
   subroutine compute_dual_modes(problem, snapshots, comm, vectors, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
+    !> [-] orthonormal columns, shape (n_multipliers, n_modes)
     real(rk), allocatable, intent(out) :: vectors(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: singular_values(:), all_vectors(:, :)

@@ -27,8 +27,9 @@ module sig_training_system
 
 contains
 
-  !> Fills in `cluster` the domain, the basis with hats, the lifting, the blocks of (10), and what tells whether the reduced problem
-  !> is solvable: kappa and the rank of (11), the rank and condition number of K_r.
+  !> Fills in `cluster` the domain, the basis with hats, the lifting, the blocks of (10) with their parts for varying moduli, and
+  !> what tells whether the reduced problem is solvable: kappa and the rank of (11), the rank and condition number of K_r, the
+  !> anchors, the warnings.
   !>
   !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes (trap 1);
   !> the mesh lacks a loaded boundary.
@@ -36,9 +37,9 @@ contains
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     type(reduced_domain_t), intent(in) :: domain
-    !> nodes on which prescribed displacements are imposed as equations
+    !> nodes on which prescribed displacements are imposed as equations, natural; not used with a lifting
     integer, intent(in) :: moved_nodes(:)
-    !> V, shape (n_dofs, n_modes)
+    !> POD modes V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
     type(hhr_data_t), intent(inout) :: cluster
     type(error_t), allocatable, intent(out) :: error
@@ -88,9 +89,11 @@ contains
     end associate
   end subroutine project_varying
 
-  !> Returns the kind of modulus of a part of the stiffness, as a query knows it.
+  !> Returns the kind of modulus of a part of the stiffness: bulk_modulus, thin_bulk_modulus or shear_modulus.
   pure integer function modulus_kind(is_thin, i_hooke) result(kind)
+    !> thin model, as in mechanics
     logical, intent(in) :: is_thin
+    !> 2: shear modulus; otherwise bulk modulus
     integer, intent(in) :: i_hooke
 
     kind = merge(thin_bulk_modulus, bulk_modulus, is_thin)
@@ -238,8 +241,8 @@ contains
       hint='use reduction.dirichlet: elastic_lifting, or a smaller reduction.pod_tolerance')
   end subroutine split_prescribed
 
-  !> Returns the largest difference between the lifting and the prescribed values over the training points, relative to the largest
-  !> value.
+  !> [-] Returns the largest difference between the lifting and the prescribed values over the training points and the given rows,
+  !> divided by the largest size of these values; 0 where there is no difference.
   !>
   !> The modes need not take the values of each term alone, for example where both sides of a symmetric body always move together.
   !> Only the sum over the terms must be right.
@@ -248,6 +251,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     !> indices of boundary%prescribed_dofs
     integer, intent(in) :: rows(:)
+    !> [length] displacement per term, shape (n_dofs, n_lifted_terms)
     real(rk), intent(in) :: lifting(:, :)
     real(rk), allocatable :: theta(:, :), wanted(:, :), found(:, :)
     integer :: i_bad_point, i_bad_source

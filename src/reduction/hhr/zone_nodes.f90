@@ -17,8 +17,8 @@ module sig_zone_nodes
 
 contains
 
-  !> Returns the nodes of loaded surfaces (where the deck asks for them by `auto`) and of the zones that the deck names; repetitions
-  !> are possible.
+  !> Returns the nodes of find_loaded_nodes (where the deck asks for them by `auto`) and of the zones that the deck names;
+  !> repetitions are possible.
   !>
   !> Errors: the mesh lacks a boundary; no node lies in a window.
   subroutine find_zone_nodes(problem, training_points, nodes, error)
@@ -41,8 +41,9 @@ contains
     end do
   end subroutine find_zone_nodes
 
-  !> Returns the nodes of loaded surfaces on which a load is not zero at a training point or, with up to 10 parameters, at a corner
-  !> of the box; ascending, each once. Body forces do not count, because they act on all nodes of a region.
+  !> Returns the nodes of the surfaces of surface loads that carry a force at a training point or, with up to 10 parameters, at a
+  !> corner of the box; ascending, each once. Body forces alone add no node, because they act on all nodes of a region; but a node
+  !> of such a surface counts also where only a body force acts on it.
   !>
   !> Errors: the mesh lacks a boundary.
   subroutine find_loaded_nodes(problem, training_points, nodes, error)
@@ -83,7 +84,8 @@ contains
     call build_points(both_ends, parameters, points, error)
   end function corners
 
-  !> Whether each node carries a force at one of the points.
+  !> Whether each node carries a force of a load, body forces included, at one of the points. Points from the first one on where a
+  !> term has no finite value do not count.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
