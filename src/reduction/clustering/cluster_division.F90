@@ -26,10 +26,11 @@ module sig_cluster_division
 contains
 
   !> Makes the clusters of the snapshots, and fills model%choice unless n_clusters is 1. With small_clusters: merge there may be
-  !> fewer clusters than asked for. Collective on all ranks, with the same result on each.
+  !> fewer clusters than asked for. Writes a warning to the log where two snapshots are equal. Collective on all ranks, with the
+  !> same result on each.
   !>
-  !> Source: section 4. Errors: a snapshot is zero; a point of the grid has no solution (regular clusters); more clusters than items
-  !> are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
+  !> Source: section 4. Errors, unless n_clusters is 1: a snapshot is zero; a point of the grid has no solution (regular clusters);
+  !> more clusters than items are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
   subroutine divide_snapshots(deck, n_clusters, snapshots, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> 0: the number up to clusters.max_number with the best separated clusters is chosen

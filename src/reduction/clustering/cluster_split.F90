@@ -31,8 +31,9 @@ module sig_cluster_split
 
 contains
 
-  !> Splits cluster k: it keeps the first half, and the second half becomes a new last cluster. For irregular clusters the forest is
-  !> trained again on all snapshots. Collective on division%comm, with the same result on each rank.
+  !> Splits cluster k: it keeps the items nearer to the first of two medoids, and the others become a new last cluster. For
+  !> irregular clusters the forest is trained again on all snapshots, which also writes its files. For regular clusters the rule of
+  !> choice gets new labels of the cells. Collective on division%comm, with the same result on each rank.
   !>
   !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained.
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
@@ -42,7 +43,7 @@ contains
     !> number of the cluster
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
-    !> false where a half would have too few snapshots; then no cluster changes
+    !> false where a half would have fewer snapshots than clusters.min_snapshots, or none; then no cluster changes
     logical, intent(out) :: is_split
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -68,8 +69,8 @@ contains
     end if
   end subroutine split_cluster
 
-  !> Trains the forest of a division again on its first n_labeled snapshots, and writes its files into the results folder.
-  !> Collective on division%comm. Errors: the forest cannot be trained.
+  !> Trains the forest of a division again on its first n_labeled snapshots, and writes its files labels.csv and forest.h5 into the
+  !> results folder. Collective on division%comm. Requires: irregular clusters. Errors: the forest cannot be trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -88,7 +89,9 @@ contains
   !> A snapshot that was added to the grid goes to the half of the cell that contains its point. Collective on division%comm.
   subroutine halve_cells(deck, snapshots, k, division, labels, halves, ierr)
     type(deck_config_t), intent(in) :: deck
+    !> all of the training, those of the whole grid first
     type(training_set_t), intent(in) :: snapshots
+    !> number of the cluster
     integer, intent(in) :: k
     type(division_t), intent(inout) :: division
     !> cluster of each cell of the grid after the split, 1-based
@@ -150,7 +153,7 @@ contains
     halves(2)%snapshots = pack(cluster%snapshots, is_second)
   end subroutine halve_snapshots
 
-  !> Whether each item belongs to the second of two medoids; false for a single item.
+  !> Whether each item belongs to the second of two medoids; false for a single item, and for all items where find_medoids fails.
   function second_half(deck, dissimilarity) result(is_second)
     type(deck_config_t), intent(in) :: deck
     !> as in find_medoids

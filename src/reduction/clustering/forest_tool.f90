@@ -27,8 +27,8 @@ contains
   end function may_need_forest
 
   !> Finds the first signorom-post that can train a forest, by running its check. If the environment variable SIGNOROM_POST is set,
-  !> only this file is tried. Otherwise the places are PATH, the folder of the program, and the environments `venv` of a build
-  !> folder. Local: call it on one rank.
+  !> only its value is tried: a path, or a name that is looked for in PATH. Otherwise the places are PATH, the folder of the
+  !> program, and the environments `venv` of a build folder. Local: call it on one rank.
   !>
   !> Errors: no tool is found; the tools that are found cannot train (the first one prints the reason on standard error); a stop is
   !> requested.

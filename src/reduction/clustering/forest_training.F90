@@ -56,8 +56,8 @@ contains
   !> Writes labels.csv into the results folder, runs signorom-post on it, and reads the forest.h5 that it writes. Collective on
   !> comm.
   !>
-  !> Errors: labels.csv cannot be written; the tool is not found or fails (it prints the reason); forest.h5 cannot be read or does
-  !> not belong to these parameters.
+  !> Errors: labels.csv cannot be written; the tool is not found or fails (it prints the reason); a stop is requested meanwhile;
+  !> forest.h5 cannot be read or does not belong to these parameters.
   subroutine train_forest(deck, points, labels, comm, forest, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> values of the parameters, shape (n_parameters, n_points)
@@ -103,7 +103,7 @@ contains
     end do
   end function label_table
 
-  !> Runs signorom-post on labels_path; it writes forest_path. Errors: no tool is found, or it fails.
+  !> Runs signorom-post on labels_path; it writes forest_path. Local. Errors: no tool is found, or it fails; a stop is requested.
   subroutine run_tool(labels_path, forest_path, seed, error)
     character(*), intent(in) :: labels_path
     character(*), intent(in) :: forest_path

@@ -29,7 +29,7 @@ contains
   !> Finds clusters with a small loss: the best result of options%n_starts starts.
   !>
   !> Local; the same options give the same clusters. Cost: a few n_items**2 per start. Errors, without a place in a file: fewer than
-  !> one cluster, or more clusters than items; a dissimilarity is negative or not finite; wrong options.
+  !> one cluster, or more clusters than items; a dissimilarity is negative or not finite; wrong options; no memory.
   subroutine find_medoids(dissimilarity, n_clusters, options, found, error)
     !> symmetric, zero diagonal, shape (n_items, n_items)
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
@@ -49,6 +49,7 @@ contains
     if (status /= k_medoids_ok) call explain(status, n_clusters, n_items, error)
   end subroutine find_medoids
 
+  !> Makes the error of a status of k_medoids.h that is not k_medoids_ok.
   pure subroutine explain(status, n_clusters, n_items, error)
     integer, intent(in) :: status
     integer, intent(in) :: n_clusters
@@ -96,6 +97,7 @@ contains
   subroutine merge_cluster(dissimilarity, i_cluster, found, i_target)
     !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    !> number of the cluster, 1-based
     integer, intent(in) :: i_cluster
     type(medoids_t), intent(inout) :: found
     !> number, before the merge, of the cluster that gets the items

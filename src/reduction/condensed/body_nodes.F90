@@ -31,12 +31,12 @@ module sig_body_nodes
 
 contains
 
-  !> Starts the data of a body that has no nodes yet. Local.
+  !> Starts data%bodies(i_body), a body that has no nodes yet. Local.
   subroutine start_body(problem, constants, i_body, data)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
-    !> exact_dofs must be set
+    !> exact_dofs must be set, and bodies allocated
     class(interpolated_data_t), intent(inout) :: data
     logical, allocatable :: is_own(:)
     integer :: i
@@ -83,7 +83,8 @@ contains
     end do
   end subroutine grow_nodes
 
-  !> Computes the responses at all nodes that have none yet. Collective on all ranks, with the same result on each.
+  !> Computes the responses at all nodes that have none yet. Changes `joined` and the stiffness of the team. Collective on all
+  !> ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine fill_nodes(problem, team, joined, data, error, ierr)

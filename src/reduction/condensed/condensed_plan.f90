@@ -13,7 +13,8 @@ module sig_condensed_plan
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
-    !> dofs with exact displacements, natural (order of the mesh file), ascending: all, none, or those of the named boundaries
+    !> dofs with exact displacements, natural (order of the mesh file), ascending: all, none, or those of the named boundaries;
+    !> with type auto all where all_dofs_fit, else none
     integer, allocatable :: exact_dofs(:)
     !> boundaries that the deck names
     type(string_t), allocatable :: boundaries(:)
@@ -26,8 +27,9 @@ module sig_condensed_plan
 
 contains
 
-  !> Chooses the kind of the model. `tied` is a condensed model where W takes too much memory; whether it is possible is known only
-  !> when the snapshots are there.
+  !> Chooses the kind of the model. `tied` is a condensed model where W takes too much memory and no body is held by contact only;
+  !> whether it is possible is known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where
+  !> the deck asks for clusters, and where no other kind is possible.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
@@ -82,10 +84,11 @@ contains
     end associate
   end function forces_size
 
-  !> Whether reduction.max_full_order_size allows the memory for W, q and the displacements of all nodes.
+  !> Whether reduction.max_full_order_size allows the memory for W, q and the displacements of all nodes per term and per contact
+  !> row.
   pure logical function all_dofs_fit(problem, n_nodes)
     type(problem_t), intent(in) :: problem
-    !> number of interpolation nodes at which responses are kept; default: one
+    !> number of interpolation nodes at which these displacements are kept; default: one
     real(rk), intent(in), optional :: n_nodes
     real(rk) :: fields_size
 
@@ -133,7 +136,8 @@ contains
     if (.not. allocated(error)) is_marked(nodes) = .true.
   end subroutine mark_nodes
 
-  !> Whether training needs the displacements of the snapshots, and not only the contact forces.
+  !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots, and not only the contact
+  !> forces.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan

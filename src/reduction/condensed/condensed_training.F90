@@ -75,7 +75,7 @@ contains
   !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,
   !> with the same result on each.
   !>
-  !> Errors: those of choose_references.
+  !> Errors: those of choose_references; the model is there all the same.
   subroutine train_condensed(full_order, snapshots, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
@@ -205,7 +205,8 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine find_modes
 
-  !> Raises data%largest_size to the largest norm of the contact forces in the norm of W, without the anchors.
+  !> Raises data%largest_size to the largest norm of the contact forces of one point in the norm of W, without the forces of the
+  !> anchors.
   subroutine measure_forces(multipliers, data)
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)

@@ -149,8 +149,8 @@ contains
     end associate
   end subroutine move_all_dofs
 
-  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0. Changes the
-  !> stiffness of the team. Collective on all ranks.
+  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0 (with the
+  !> modulus of mu_0, not with 1). Changes the stiffness of the team. Collective on all ranks.
   subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

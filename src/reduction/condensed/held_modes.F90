@@ -21,17 +21,17 @@ module sig_held_modes
 
 contains
 
-  !> Computes the POD modes of one body, as many as reduction.pod_tolerance asks for, from the snapshots without lifting and free
-  !> rigid motions. Collective on all ranks, with the same result on each.
+  !> Computes the POD modes of one body, as many as reduction.pod_tolerance asks for (none where only rounding is left), from the
+  !> snapshots without lifting and free rigid motions. Collective on all ranks, with the same result on each.
   subroutine find_held_modes(problem, system, snapshots, dofs, lifting, lifted_terms, modes, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(in) :: system
     type(training_set_t), intent(in) :: snapshots
-    !> dofs of the body, ascending
+    !> dofs of the body, natural (order of the mesh file), ascending
     integer, intent(in) :: dofs(:)
     !> [length] response to prescribed displacements, shape (n_dofs, size(lifted_terms))
     real(rk), intent(in) :: lifting(:, :)
-    !> terms of the prescribed displacements
+    !> numbers of the terms of the prescribed displacements
     integer, intent(in) :: lifted_terms(:)
     !> [-] shape (size(dofs), n_modes); orthonormal before rounding errors on held dofs are set to zero
     real(rk), allocatable, intent(out) :: modes(:, :)

@@ -44,8 +44,8 @@ contains
   !> Trains the whole model: responses at nodes, residuals for bounds of the error, and displacement modes where they are planned.
   !> Collective on all ranks, with the same result on each.
   !>
-  !> Errors: a constant is out of its range somewhere in the box; the interpolation does not reach reduction.stiffness_tolerance;
-  !> the stiffness at a node could not be factored.
+  !> Errors: a constant is out of its range somewhere in the box; those of interpolate_responses, with up to 170 nodes per body; the
+  !> stiffness at another value of the constants could not be factored.
   subroutine train_interpolated(full_order, snapshots, may_have_modes, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
@@ -85,10 +85,11 @@ contains
   end subroutine train_interpolated
 
   !> Computes the responses at more and more nodes, until the errors of the contact forces, measured at the solved points and
-  !> estimated at probes (sig_response_errors), are well below reduction.stiffness_tolerance. Collective on all ranks, with the same
-  !> result on each.
+  !> estimated at probes (sig_response_errors), are at most a quarter of reduction.stiffness_tolerance. Where no body needs an
+  !> interpolation, one round is enough, and its error is not compared. Collective on all ranks, with the same result on each.
   !>
-  !> Errors: the interpolation does not reach reduction.stiffness_tolerance; the stiffness at a node could not be factored.
+  !> Errors: that would need more than n_most nodes of a body, or a body has more than most_variables variable constants; the
+  !> stiffness at a node could not be factored.
   subroutine interpolate_responses(problem, team, solved, plan, n_most, joined, reduced, error, ierr)
     type(problem_t), intent(in) :: problem
     !> from ready_team; its stiffness changes
@@ -96,10 +97,11 @@ contains
     !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: solved
     type(displacement_plan_t), intent(in) :: plan
-    !> largest number of nodes of a body
+    !> largest number of interpolation nodes of a body
     integer, intent(in) :: n_most
-    !> after its step `create`
+    !> after its step `create`; its elastic constants change
     type(joined_body_t), intent(inout) :: joined
+    !> in: empty; out: the responses, measured_error, worst_point and the active sets of the solved points
     type(reduced_interpolated_t), intent(inout) :: reduced
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -186,7 +188,7 @@ contains
     end do
   end subroutine drop_field
 
-  !> Sets the data that do not depend on the elastic constants. Local.
+  !> Sets the data that do not depend on the elastic constants, and gives each body its data without nodes. Local.
   subroutine start_data(problem, team, constants, snapshots, plan, data)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team

@@ -33,8 +33,8 @@ module sig_interpolation_residuals
 
 contains
 
-  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true. Changes the stiffness of the team and the elastic
-  !> constants in `joined`. Collective on all ranks, with the same result on each.
+  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true; where there is none, it changes nothing. Otherwise the
+  !> stiffness of the team and the elastic constants in `joined` change. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine measure_residuals(problem, team, joined, data, error, ierr)
@@ -97,8 +97,9 @@ contains
     end associate
   end function widest_place
 
-  !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body are
-  !> those of node i_node, or those of `places` where i_node is larger than n_nodes. Changes `joined` and the stiffness of the team.
+  !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body with
+  !> has_identity are those of its node i_node, or those of `places` where i_node is larger than n_nodes. A body that has no node
+  !> i_node, and all other bodies, keep the constants in `joined`. Changes `joined` and the stiffness of the team.
   !> Collective on the ranks of the team. Errors: the stiffness could not be factored.
   subroutine solve_at(problem, team, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
@@ -227,10 +228,11 @@ contains
   !> Sets bound%forces = W_0^+ g for the openings g, and bound%rest = bound%residuals - g'W_0^+ g. Local.
   subroutine split(anchors, openings, compliance, bound)
     type(anchors_t), intent(in) :: anchors
-    !> [length per unit of a coefficient] B K_0^-1 Z, with anchors closed; shape (n_multipliers, n_coefficients)
+    !> [length per unit of a coefficient] g: B K_0^-1 Z, with anchors closed; shape (n_multipliers, n_coefficients)
     real(rk), intent(in) :: openings(:, :)
     !> [length/force] W_0 of the body
     real(rk), intent(in) :: compliance(:, :)
+    !> its residuals must be set
     type(interpolation_bound_t), intent(inout) :: bound
     real(rk), allocatable :: u(:, :), s(:), vt(:, :), scaled(:, :)
     integer, allocatable :: free(:)
@@ -252,8 +254,8 @@ contains
     bound%forces(free, :) = matmul(u(:, :n), scaled)
   end subroutine split
 
-  !> [-] Returns a lower bound of the largest k for which W_others - k W_body is positive semidefinite; 0 where W_others is
-  !> singular. Local.
+  !> [-] Returns a lower bound of the largest k for which W_others - k W_body is positive semidefinite, on the rows that are no
+  !> anchors; 0 where W_others is singular, W_body is 0, or there are no such rows. Local.
   real(rk) function share_of_others(anchors, compliance, others) result(share)
     type(anchors_t), intent(in) :: anchors
     !> [length/force] compliance W_body of the body, and W_others of all other bodies

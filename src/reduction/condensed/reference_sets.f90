@@ -20,8 +20,8 @@ module sig_reference_sets
 
 contains
 
-  !> Returns as bits which unknowns are positive at each point. The unknown of a contact row is its force. The unknown of an anchor
-  !> is its opening, which counts as positive where the anchor has no force.
+  !> Returns as bits (pack_columns) which unknowns are positive at each point. The unknown of a contact row is its force. The
+  !> unknown of an anchor is its opening, which counts as positive where the anchor has no force.
   pure function start_sets_of(multipliers, anchors) result(sets)
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
@@ -37,14 +37,16 @@ contains
   end function start_sets_of
 
   !> Sets reference_points (at most 32 training points), reference_of_point and transforms of `data`. A reference whose transform
-  !> does not exist is left out. Where max_size does not allow one transform there are no references: the lists are empty, and
-  !> transforms is not set.
+  !> does not exist is left out; where none exists, all three are empty. Where max_size does not allow one transform there are no
+  !> references: the lists are empty, and transforms is not set.
   !>
   !> Errors: those of find_medoids.
   subroutine choose_references(max_size, data, error)
     !> [MB] largest memory for the transforms
     real(rk), intent(in) :: max_size
-    !> start_sets and compliance must be set
+    !> start_sets and compliance must be set. reference_points gets numbers of training points, reference_of_point the position in
+    !> reference_points of the nearest reference of each training point, transforms one matrix of the size of W per reference side
+    !> by side
     class(condensed_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     logical, allocatable :: sets(:, :)
@@ -67,11 +69,12 @@ contains
     if (size(data%reference_points) > 0) data%reference_of_point = nearest_sets(sets, data%reference_points)
   end subroutine choose_references
 
-  !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts.
+  !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts;
+  !> of equal medoids to the first.
   !>
   !> Errors: those of find_medoids.
   subroutine group_sets(sets, n_groups, group_of_set, error)
-    !> shape (n_contacts, n_sets)
+    !> true: closed, shape (n_contacts, n_sets)
     logical, intent(in) :: sets(:, :)
     !> number of groups; there are fewer where there are fewer different sets
     integer, intent(in) :: n_groups
@@ -119,8 +122,8 @@ contains
     end do
   end function differences
 
-  !> Computes the pivot transforms for the sets of some training points and adds these points to the references, except where the
-  !> transform does not exist.
+  !> Sets data%transforms to the pivot transforms for the sets of some training points, and appends these points to
+  !> data%reference_points, except where the transform does not exist. Requires: data%reference_points is empty.
   subroutine transform_sets(points, sets, data)
     !> numbers of the training points
     integer, intent(in) :: points(:)

@@ -46,11 +46,13 @@ module sig_response_errors
 contains
 
   !> Sets in `reduced` measured_error and worst_point, the largest relative error of the contact forces at the training points and
-  !> the number of this point, and largest_size, the largest norm of these forces in the norm of W. Without an answer the error is
-  !> very large. Local.
+  !> the number of this point, and largest_size, the largest norm of the full-order forces in the norm of W. Errors are Euclidean
+  !> norms relative to comparable_size of the full-order forces. Without an answer the error is very large. Local.
   subroutine measure_responses(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
+    !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
+    !> its responses are there
     type(reduced_interpolated_t), intent(inout) :: reduced
     class(room_t), allocatable :: room
     real(rk), allocatable :: forces(:, :), theta(:, :)
@@ -77,11 +79,13 @@ contains
   !> [force] Returns the Euclidean norm of the error of the contact forces at training point i; huge where there is no answer.
   real(rk) function error_at(reduced, i, theta, forces, room) result(error)
     type(reduced_interpolated_t), intent(in) :: reduced
+    !> number of the point, from whose active set the query starts
     integer, intent(in) :: i
     !> [-] values of the terms there, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of the snapshot
     real(rk), intent(in) :: forces(:)
+    !> work space of `reduced`; afterwards it has W of the point
     class(room_t), intent(inout) :: room
     class(reduced_t), pointer :: nobody
     type(answer_t) :: answer
@@ -111,11 +115,12 @@ contains
     end do
   end subroutine measure_fields
 
-  !> Chooses the probes by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term has no
-  !> finite value are kept.
+  !> Chooses 200 probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
+  !> has no finite value are kept.
   subroutine create(self, problem, snapshots)
     class(probes_t), intent(out) :: self
     type(problem_t), intent(in) :: problem
+    !> training points; queries at a probe start from the active set of the nearest one
     type(training_set_t), intent(in) :: snapshots
     real(rk) :: points(size(problem%deck%parameters), n_probes)
     integer :: i, i_bad_point, i_bad_source
@@ -149,8 +154,9 @@ contains
     nearest = minloc(squares, dim=1)
   end function nearest_of
 
-  !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error, which is huge in the
-  !> first round. Requires: measure_responses of the same round.
+  !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
+  !> change times the factor by which measured_error became smaller (0.05 to 1). It is huge in the first round. Probes without an
+  !> answer in this round or in the last one do not count. Requires: measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

@@ -73,8 +73,8 @@ contains
     call move_alloc(reduced, part)
   end subroutine train_tied
 
-  !> Divides the training points into 1, 2, 4, ... up to 16 clusters, until reduction.max_full_order_size allows the memory that
-  !> they need. Local. Errors: those of group_sets.
+  !> Divides the training points into 1, 2, 4, ... clusters, up to 16 or the number of points, until reduction.max_full_order_size
+  !> allows the memory that they need. Local. Errors: those of group_sets.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)
@@ -111,8 +111,8 @@ contains
     reason = 'the contacts that change take ' // to_text(ceiling(least)) // ' MB, too, even in clusters of the training points'
   end subroutine divide
 
-  !> Returns the status of each contact row in a cluster. Rows near one that changes at the training points count as changing,
-  !> because they may change between these points.
+  !> Returns the status of each contact row in a cluster. Rows within two rings of cells around one that changes at the training
+  !> points count as changing, because they may change between these points.
   function status_of_rows(problem, sets) result(status)
     type(problem_t), intent(in) :: problem
     !> closed rows at the points of the cluster, shape (n_rows, n_points)
@@ -155,8 +155,8 @@ contains
     end do
   end subroutine add_ring
 
-  !> Computes the responses of a cluster with its closed rows tied. Collective on all ranks; the results of the first rank are sent
-  !> to all.
+  !> Computes the responses of cluster i with its closed rows tied, and logs how many of its rows may change, stay closed and stay
+  !> open. Collective on all ranks; the results of the first rank are sent to all.
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i

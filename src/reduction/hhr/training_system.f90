@@ -91,7 +91,7 @@ contains
 
   !> Returns the kind of modulus of a part of the stiffness: bulk_modulus, thin_bulk_modulus or shear_modulus.
   pure integer function modulus_kind(is_thin, i_hooke) result(kind)
-    !> thin model, as in mechanics
+    !> plane stress
     logical, intent(in) :: is_thin
     !> 2: shear modulus; otherwise bulk modulus
     integer, intent(in) :: i_hooke
