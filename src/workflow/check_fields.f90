@@ -109,7 +109,8 @@ contains
     end do
   end subroutine add_boundaries
 
-  !> Adds the facets of both sides of each contact entry. Errors: none after the rows were built.
+  !> Adds the facets of both sides of each contact entry, of the first side only where it meets an obstacle. Errors: none after the
+  !> rows were built.
   pure subroutine add_surfaces(problem, cells, error)
     type(problem_t), intent(in) :: problem
     type(cell_collection_t), intent(inout) :: cells
@@ -176,8 +177,10 @@ contains
     call file%add_shared_array('check/contacts', contacts, '-', 'surfaces of 1, 2, ... in the cell field contact')
   end subroutine write_names
 
+  !> Writes the labels of all cells of the file and the shares of the lines.
   subroutine write_cell_fields(cells, shares, file)
     type(cell_collection_t), intent(in) :: cells
+    !> as in add_links
     real(rk), intent(in) :: shares(:)
     type(field_file_t), intent(inout) :: file
 

@@ -33,9 +33,9 @@ module sig_field_output
 
   !> The full-order solutions and their times.
   type :: solved_points_t
-    !> shape (n_points)
+    !> shape (n_points); after is_stopped only the first ones are set
     type(contact_state_t), allocatable :: states(:)
-    !> a signal came before all were solved
+    !> a signal came; then nothing was written
     logical :: is_stopped = .false.
     !> [s] wall time of the partition, of the assembly, of the whole setup of the solver (with both), and of writing the files
     real(rk) :: partition_seconds = 0
@@ -124,6 +124,7 @@ contains
     !> full-order solutions, shape (n_points)
     type(contact_state_t), intent(in) :: states(:)
     type(error_t), allocatable, intent(out) :: error
+    !> reduced model, as in write_fields
     type(model_t), intent(in), optional :: model
     type(online_model_t) :: online
     type(query_t) :: query
@@ -182,6 +183,7 @@ contains
     call values%take_stresses(header%fields, theta(:, 1))
   end subroutine find_values
 
+  !> Writes the answer of the reduced model at the present point beside the full-order fields.
   subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
@@ -234,7 +236,8 @@ contains
     end if
   end subroutine write_displacement
 
-  !> Returns where the displacement of each node comes from: 0 it has none, 1 modes, 2 exact (displacement_*).
+  !> Returns where the displacement of each node in the answer comes from: 0 it has none, 1 modes, 2 exact (displacement_*); shape
+  !> (n_nodes).
   pure function displacement_sources(model, answer) result(sources)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer

@@ -57,6 +57,7 @@ contains
     call self%file%add_shared_array('mesh/region_names', model%fields%region_names, '-', 'of 1, 2, ... in the field region')
   end subroutine create
 
+  !> Returns the nodes and cells of the bodies as a mesh, without groups.
   pure type(mesh_t) function mesh_of(model) result(mesh)
     type(model_t), intent(in) :: model
     integer :: i
@@ -92,7 +93,7 @@ contains
       'share of the row''s contact force on the node, negative where it pulls')
   end subroutine write_side
 
-  !> Starts the fields of the next point.
+  !> Starts the fields of the next point, with its parameters as label.
   subroutine start_point(self, model, point)
     class(field_writer_t), intent(inout) :: self
     !> the model of create
@@ -112,7 +113,7 @@ contains
     !> the model of create
     type(model_t), intent(in) :: model
     type(field_values_t), intent(in) :: values
-    !> the values are those of a reduced model, not full-order
+    !> the values are those of a reduced model, not full-order; only descriptions and the name of the array of multipliers differ
     logical, intent(in) :: is_reduced
     character(:), allocatable :: author
 
@@ -148,7 +149,8 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes for each contact of the deck the area that touches: of the rows whose force is more than rounding.
+  !> Writes for each contact of the deck the area that touches at the present point: that of the rows whose force is more than
+  !> rounding.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -164,7 +166,7 @@ contains
     end do
   end subroutine write_areas
 
-  !> Writes imposed strains and stresses; in axisymmetry zz is the hoop direction.
+  !> Writes stresses and, if the deck has any, imposed strains; in axisymmetry zz is the hoop direction.
   subroutine write_stresses(self, model, values, author)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model

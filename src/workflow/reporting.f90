@@ -60,7 +60,7 @@ contains
   end subroutine report_sizes
 
   !> Adds the number of points, those that did not converge with the reason, the largest value of each residual over all points, and
-  !> statistics of the iterations and of the times [s] per point.
+  !> statistics of the iterations and of the times [s] per point. Points that did not converge count in all of these.
   subroutine report_snapshots(deck, set, report)
     type(deck_config_t), intent(in) :: deck
     type(snapshot_set_t), intent(in) :: set
@@ -107,8 +107,10 @@ contains
       '; largest indicator left ' // csv_number(selection%largest_left)
   end function selection_text
 
-  !> Adds the kind of model, sizes, condition numbers and warnings of each cluster, below reduction/clusters/1, ... or, with one
-  !> cluster, below reduction. With several clusters also loss and silhouette of the clustering. The fallback is left out.
+  !> Adds reduction.dirichlet and, below reduction/clusters/1, ... or, with one cluster, below reduction, the kind of model and the
+  !> number of contact rows of each cluster; of a hyper-reduced one also sizes, condition numbers and warnings, of a condensed one
+  !> the number of reference sets, of an interpolated one its measured error. With several clusters also loss and silhouette of the
+  !> clustering. The fallback is left out.
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report
@@ -215,7 +217,8 @@ contains
       ' with a condition number of ' // short_number(cluster%condition_number) // ', hats: ' // hats_text(cluster)
   end function cluster_text
 
-  !> Adds how each full-order solution ended, its contact and its residuals, below points/1, points/2, ...
+  !> Adds how each full-order solution ended, its number of rows with a force, the sum of all contact forces, and its residuals,
+  !> below points/1, points/2, ...
   subroutine report_states(deck, points, states, report)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_points)
@@ -266,7 +269,9 @@ contains
 
   !> Returns `; largest penetration 0.0 m, force balance 1.054e-16`, the largest values of all solutions; empty if there are none.
   pure function accuracy_text(deck, residuals) result(text)
+    !> for the unit of length
     type(deck_config_t), intent(in) :: deck
+    !> of each solution
     type(residuals_t), intent(in) :: residuals(:)
     character(:), allocatable :: text
 

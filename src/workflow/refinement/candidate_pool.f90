@@ -51,7 +51,7 @@ contains
     end do
   end function usable_candidates
 
-  !> Draws half of the usable candidates at random; if their number is odd, the larger half.
+  !> Draws half of the usable candidates at random; if their number is odd, one more than are left.
   function draw_half(is_usable, seed) result(is_drawn)
     !> shape (n_candidates), as the result
     logical, intent(in) :: is_usable(:)

@@ -82,6 +82,7 @@ contains
     type(snapshot_set_t), intent(in) :: candidates
     !> the model gets a copy; not allocated: the model has none
     class(reduced_t), allocatable, intent(in) :: fallback
+    !> as in divide_snapshots; 0: it chooses the number
     integer, intent(in) :: n_clusters
     !> in: its snapshots, is_measure and is_open; out: all the rest, too
     type(attempt_t), intent(inout) :: attempt

@@ -167,11 +167,10 @@ contains
     if (problem%deck%clusters%method == 'regular') n_items = product(problem%deck%training%grid - 1)
   end function n_items
 
-  !> In each round adds snapshots to the cluster with the largest error, or splits this cluster if its last snapshots did not help
-  !> enough. A cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a
-  !> warning. Collective on all ranks. Errors: those of start_attempt; the forest cannot be trained again.
-  !>
-  !> A round can also make the model worse (other interpolation points, other hats), so the model of the best round is kept.
+  !> In each round adds snapshots to the cluster with the largest error, or splits it if its last snapshots did not help enough. A
+  !> cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a warning. A
+  !> round can make the model worse, so that of the best round is kept. Collective on all ranks. Errors: those of start_attempt; the
+  !> forest cannot be trained again.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in), target :: candidates
@@ -211,8 +210,7 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses the cluster k with the largest error of those that can get snapshots or be split, and whether it is split; k = 0 if
-  !> there is none.
+  !> Chooses the cluster k with the largest error that can get snapshots or be split, and whether it is split; k = 0: there is none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
@@ -234,8 +232,8 @@ contains
     if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
   end subroutine choose_step
 
-  !> Adds the worst candidates of cluster k to its snapshots and trains it. Whether this helped enough (prospects(k)%is_split_next)
-  !> is judged by the errors at its other candidates, before and after. Collective on all ranks.
+  !> Adds the worst candidates of cluster k, up to refine.points_per_round, to its snapshots and trains it. Whether this helped
+  !> enough (prospects(k)%is_split_next) is judged by the errors at its other candidates, before and after. Collective on all ranks.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -282,8 +280,8 @@ contains
     end function own_errors
   end subroutine try_growth
 
-  !> Whether new snapshots reduced the statistic of the errors to at most clear_gain times the one before; if it is infinite
-  !> afterwards, whether they did so with the number of infinite errors.
+  !> Whether new snapshots reduced the statistic of the errors to at most 0.7 times the one before; if it is infinite afterwards,
+  !> whether they did so with the number of infinite errors.
   pure logical function has_gained(statistic, before, after)
     character(*), intent(in) :: statistic
     !> [-] errors at the candidates of the cluster, before and after
@@ -299,12 +297,14 @@ contains
     end if
   end function has_gained
 
+  !> Splits cluster k and trains both halves. Collective on all ranks. Errors: the forest cannot be trained.
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
     integer, intent(in) :: k
     type(attempt_t), intent(inout) :: attempt
     type(prospect_t), allocatable, intent(inout) :: prospects(:)
+    !> false if a half has too few snapshots or cannot be trained: then the attempt stays as it was, and k is not split later
     logical, intent(out) :: is_done
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

@@ -76,9 +76,9 @@ contains
     type(problem_t), intent(in) :: problem
     !> to be solved, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> ranks of one group
+    !> number of ranks of one group; each keeps all responses
     integer, intent(in) :: n_ranks
-    !> numbers of the points that are solved first, 1-based
+    !> numbers of the points that are solved first, 1-based, spread evenly over all: 4, or 20 if the responses are interpolated
     integer, allocatable, intent(out) :: first(:)
     type(error_t), allocatable :: error
     character(:), allocatable :: reason
@@ -112,7 +112,7 @@ contains
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
 
-  !> Tells a user who asked for interpolation why there is none.
+  !> Logs why there is no interpolation, if the deck asks for it.
   subroutine tell_why_factored(wish, reason)
     !> training.stiffness of the deck
     character(*), intent(in) :: wish
@@ -152,8 +152,8 @@ contains
     end associate
   end function why_not
 
-  !> Keeps the contact forces of a point that was solved first; does nothing if there are no such points. Local; the leader of the
-  !> group calls it.
+  !> Keeps the contact forces of a point that was solved first, and whether it converged; does nothing if there are no such points.
+  !> Local; the leader of the group calls it.
   subroutine collect(self, i, state)
     class(sampled_responses_t), intent(inout) :: self
     !> position of the point in `first`
@@ -168,11 +168,12 @@ contains
 
   !> Makes the responses and measures their error at the points that were solved first. Afterwards is_ready says whether the
   !> responses may be used. It is false, with a warning, if one of these points did not converge, if a stiffness could not be
-  !> factored, or if the error is too large. Collective on all ranks; the same on each. Requires: choose; collect for its points.
+  !> factored, or if the error is too large: above 1e-9 for exact responses, else by interpolate_responses. Collective on all ranks;
+  !> the same on each. Requires: choose; collect for its points.
   subroutine create(self, problem, team, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
-    !> its solver is ready
+    !> its solver is ready; its stiffness changes
     type(team_t), intent(inout) :: team
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_set_t), target :: set
@@ -303,7 +304,7 @@ contains
     call self%reduced%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
-  !> Returns how many stiffnesses were factored for the responses; 0 without responses.
+  !> Returns how many stiffnesses were factored for the last responses that were made, also if they may not be used; 0 if none were.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 

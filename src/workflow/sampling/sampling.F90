@@ -128,6 +128,7 @@ contains
     PetscCall(solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr))
   end subroutine solve_missing
 
+  !> Solves some of the points and merges the store; after a signal it only writes the shards. Collective on all ranks.
   subroutine solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store

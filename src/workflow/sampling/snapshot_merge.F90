@@ -97,7 +97,7 @@ contains
     type(store_t), intent(in) :: store
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> the store has a converged solution of the point, shape (n_points)
+    !> the file or a shard has a converged solution of the point, shape (n_points)
     logical, allocatable, intent(out) :: is_done(:)
     !> all points are done, and there are no shards
     logical, intent(out) :: is_merged
@@ -228,7 +228,8 @@ contains
     lacks_displacements = size(set%reasons) > 0 .and. set%n_dofs == 0
   end function lacks_displacements
 
-  !> Reads the solutions at the given points, in their order, with all dofs; the file may hold more points. Local.
+  !> Reads the solutions at the given points from the merged file, in their order, with all dofs that the file has; the file may
+  !> hold more points. Those that did not converge are included, by their reason. Local.
   !>
   !> Errors: the file cannot be read, or is of another deck or mesh.
   subroutine read_store(problem, store, points, set, is_missing, error)

@@ -49,7 +49,7 @@ contains
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
-    !> [-] shape (n_candidates); afterwards -1 where a candidate is chosen, or too near to one of this round
+    !> [-] shape (n_candidates); afterwards -1 where a candidate is chosen, now or before, or too near to one of this round
     real(rk), intent(inout) :: defects(:)
     type(selection_t), intent(inout) :: selection
     !> numbers of the candidates of this round, 1-based
@@ -84,7 +84,7 @@ contains
     half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
   end function half_spacing
 
-  !> Sets the defect to -1 for candidates that are nearer to the point `place` than the distance, or equal to it.
+  !> Sets the defect to -1 for candidates that are nearer to the point `place` than the distance, or equal to `place` up to 1e-12.
   pure subroutine leave_out(candidates, box, place, distance, defects)
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)

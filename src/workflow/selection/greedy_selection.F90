@@ -30,7 +30,7 @@ contains
     !> results folder, which this run has locked
     character(*), intent(in) :: folder
     type(sampling_result_t), intent(out) :: outcome
-    !> complete on the first rank
+    !> complete on the first rank; with indicator: projection other ranks get no points if this run selects
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -50,6 +50,7 @@ contains
     PetscCall(select_missing(full_order, folder, candidates, outcome, selection, error, ierr))
   end subroutine select_points
 
+  !> Does what select_points does, for candidates that are built and enough.
   subroutine select_missing(full_order, folder, candidates, outcome, selection, error, ierr)
     type(full_order_t), target, intent(inout) :: full_order
     character(*), intent(in) :: folder

@@ -91,6 +91,7 @@ contains
     end if
   end subroutine select_by_defect
 
+  !> Returns why the defect is no bound, as a part of a sentence.
   pure function why_no_bound(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -99,8 +100,10 @@ contains
     if (.not. problem%has_fixed_stiffness) reason = 'the stiffness depends on the parameters'
   end function why_no_bound
 
+  !> Appends greedy.initial candidates that are far from each other to the selection, with NaN as indicators.
   subroutine begin_far_apart(problem, candidates, selection)
     type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(selection_t), intent(inout) :: selection
     real(rk) :: none(problem%deck%greedy%n_initial)
@@ -114,7 +117,7 @@ contains
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
-    !> sums up all rounds
+    !> n_found stays that of the first round, all else becomes that of this round
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -134,8 +137,9 @@ contains
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
   end subroutine solve_new_points
 
-  !> Sets selection%errors at the last round's points, which are solved now: the energy errors of the answers that the model had
-  !> there. They stay NaN where there was no answer or is no solution. Collective on all ranks. Errors: the store cannot be read.
+  !> Sets selection%errors at the last round's points, which are solved now: the errors of true_errors of the answers that the model
+  !> had there. They stay NaN where there was no answer or is no solution. Collective on all ranks. Errors: the store cannot be
+  !> read.
   subroutine compare_answers(rounds, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     type(selection_t), intent(inout) :: selection

@@ -43,7 +43,7 @@ contains
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(sampling_result_t), intent(out) :: outcome
-    !> in: without points; out: complete on the first rank
+    !> in: without points; out: complete on the first rank, unchanged on all others
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -87,7 +87,7 @@ contains
   end subroutine choose_from_pool
 
   !> Computes the field of each candidate that the chosen ones have to represent (contact_part), divided by the norm of its
-  !> displacement; zeros if there is no solution, or only rounding.
+  !> displacement; zeros if there is no solution, or if its displacement is only rounding.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
     !> solutions with all dofs

@@ -156,7 +156,8 @@ contains
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
     type(model_t), intent(out) :: model
-    !> there is a model; otherwise, without an error, the log says why the model will be hyper-reduced, if the deck asks for auto
+    !> there is a model; otherwise, without an error, the log says why the model will be hyper-reduced, unless reduction.method is
+    !> hhr
     logical, intent(out) :: is_built
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -186,7 +187,7 @@ contains
     end associate
   end subroutine build_exact
 
-  !> [-] Returns certificate.max_error of the deck, or the default where it is auto.
+  !> [-] Returns certificate.max_error of the deck, or the default where it is auto (negative in `reduction`).
   pure real(rk) function max_error_of(reduction, default)
     type(reduction_config_t), intent(in) :: reduction
     real(rk), intent(in) :: default
@@ -203,7 +204,7 @@ contains
     !> condensed, interpolated or tied
     character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
-    !> why there is no tied model; does not change where there is one
+    !> kind tied: why there is no model, empty where there is one; does not change for other kinds
     character(:), allocatable, intent(inout) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -227,7 +228,8 @@ contains
     call make_error(error, 'the stiffness could not be factored', full_order%problem%deck%path, exit_code=exit_not_converged)
   end subroutine build_condensed
 
-  !> Reads the solved candidates of clusters.target; each rank gets some of their dofs. Collective on all ranks.
+  !> Reads the solved candidates of clusters.target, those that did not converge included; each rank gets some of their dofs.
+  !> Collective on all ranks.
   !>
   !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates.
   subroutine read_candidates(problem, store, candidates, error, ierr)

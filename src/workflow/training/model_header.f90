@@ -64,6 +64,7 @@ contains
 
   subroutine fill_side(problem, is_second, side)
     type(problem_t), intent(in) :: problem
+    !> the second side, otherwise the first
     logical, intent(in) :: is_second
     type(contact_side_t), intent(out) :: side
     integer, allocatable :: nodes(:)

@@ -24,7 +24,7 @@ module sig_benchmark
   type :: benchmark_t
     !> the benchmark was run
     logical :: is_done = .false.
-    !> [s] wall time of the active set method per point (median), and of a query (mean)
+    !> [s] wall time of the active set method per point (median), and of a query (the largest mean of a rank)
     real(rk) :: refactored_seconds = 0
     real(rk) :: query_seconds = 0
   end type benchmark_t
@@ -57,7 +57,7 @@ contains
   end subroutine run_benchmark
 
   !> Measures the time of a point without condensation: the active set method factors at every step. The first group measures up to
-  !> n_timed_points points, and all ranks get the median. Collective on all ranks.
+  !> 5 points, spread evenly over all, and all ranks get the median. Collective on all ranks.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups

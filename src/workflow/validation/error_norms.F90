@@ -46,7 +46,7 @@ module sig_error_norms
     !> domain (there F only on the dofs of A)
     real(rk) :: energy = 0
     real(rk) :: energy_rid = 0
-    !> [-] both divided by the full-order energy
+    !> [-] both divided by the size of the full-order energy on the same cells
     real(rk) :: energy_relative = 0
     real(rk) :: energy_rid_relative = 0
     !> [sqrt(force*length)] error of the displacement in the norm of the stiffness; NaN if some dofs have no displacement

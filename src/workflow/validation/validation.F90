@@ -229,6 +229,7 @@ contains
     end do
   end subroutine compare_batch
 
+  !> Returns the numbers of a point that ranks share, in the order in which unpack_table takes them.
   pure function table_column(answer, state, errors) result(column)
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
@@ -242,7 +243,9 @@ contains
       answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound]
   end function table_column
 
+  !> Sets the arrays of the outcome and full_order_seconds, the median over the points that converged.
   subroutine unpack_table(table, outcome)
+    !> columns of table_column, shape (n_columns, n_points)
     real(rk), intent(in) :: table(:, :)
     type(validation_t), intent(inout) :: outcome
     type(statistics_t) :: seconds

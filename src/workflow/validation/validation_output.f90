@@ -150,14 +150,15 @@ contains
     end do
   end subroutine count_methods
 
+  !> Whether an error is NaN or negative.
   elemental logical function is_no_number(value)
     real(rk), intent(in) :: value
 
     is_no_number = .not. (value >= 0)
   end function is_no_number
 
-  !> Returns up to n_worst lines, each with a point, its error and its number of active pairs in the full-order solution; the
-  !> largest error first. Points whose error is 0 or NaN are left out.
+  !> Returns up to 5 lines, each with a point, its error and its number of active pairs in the full-order solution; the largest
+  !> error, also an infinite one, first. Points whose error is 0 or NaN are left out.
   function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome

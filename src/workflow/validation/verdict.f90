@@ -61,9 +61,10 @@ contains
   end function judge_validation
 
   !> Returns the errors of the points with a full-order solution. Without an answer the error is huge(errors). An error that is NaN
-  !> becomes 0 if the full-order solution has no contact, otherwise huge(errors).
+  !> becomes 0 if the full-order solution has no contact force anywhere, otherwise huge(errors).
   pure function counted_errors(outcome, i_error) result(errors)
     type(validation_t), intent(in) :: outcome
+    !> position in error_names
     integer, intent(in) :: i_error
     real(rk), allocatable :: errors(:)
     integer :: i
