@@ -110,6 +110,7 @@ contains
   pure subroutine add_forces(system, theta, multipliers, loaded, forces, largest_contact, sums)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
+    !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     !> dofs that can carry a load, natural
     integer, intent(in) :: loaded(:)

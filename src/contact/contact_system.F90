@@ -205,6 +205,7 @@ contains
     class(contact_system_t), intent(in) :: self
     !> rows of this rank, shape (n_local_dofs, n); n is at most n_columns and the same on all ranks
     real(rk), intent(in) :: local(:, :)
+    !> number of columns of the result
     integer, intent(in) :: n_columns
     !> shape (n_dofs, n_columns)
     real(rk), allocatable, intent(out) :: columns(:, :)

@@ -67,7 +67,7 @@ contains
     end do
   end function common_part
 
-  !> Returns polygons that together make up `one` without `other`. If the area that both have in common is at most `smallest`, the
+  !> Computes polygons that together make up `one` without `other`. If the area that both have in common is at most `smallest`, the
   !> result is `one` itself.
   pure subroutine rest_of(one, other, smallest, rest)
     type(polygon_t), intent(in) :: one, other
@@ -105,6 +105,7 @@ contains
     type(polygon_t), intent(in) :: polygon, other
     !> side from corner i_side of `other` to the next one
     integer, intent(in) :: i_side
+    !> default: no
     logical, intent(in), optional :: is_turned
     real(rk) :: along(2), heights(most_corners)
     integer :: i, next

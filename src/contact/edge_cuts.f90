@@ -42,6 +42,7 @@ contains
     real(rk), intent(in) :: outward(:, :)
     !> [length] pieces that face an edge farther away than this get is_far
     real(rk), intent(in) :: limit
+    !> ascending along the edge; the numbers of the other edges are those in `others`
     type(facing_piece_t), allocatable, intent(out) :: pieces(:)
     type(facing_piece_t) :: piece
     real(rk), allocatable :: cuts(:)
@@ -57,7 +58,8 @@ contains
     end do
   end subroutine cut_edge
 
-  !> Returns the places of the cuts in ascending order: 0, the places opposite to nodes of the other edges, 1.
+  !> Returns the places of the cuts in ascending order: 0, the places between 0 and 1 opposite to nodes of the other edges, 1. The
+  !> arguments are those of cut_edge.
   pure function cuts_of_edge(ends, normals, others) result(cuts)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :)
     real(rk), allocatable :: cuts(:)
@@ -85,7 +87,9 @@ contains
   !>
   !> x(s) - p is parallel to n(s): a quadratic in s, of whose roots the one nearer to the edge counts.
   pure real(rk) function place_opposite(ends, normals, point) result(place)
+    !> of the edge, as for cut_edge
     real(rk), intent(in) :: ends(:, :), normals(:, :)
+    !> [length]
     real(rk), intent(in) :: point(:)
     real(rk) :: along(2), bent(2), constant, linear, q, root, square
 
@@ -104,7 +108,8 @@ contains
     end if
   end function place_opposite
 
-  !> Sets i_other of a piece to the nearest other edge that its middle faces, 0 if there is none, and is_far.
+  !> Sets i_other of a piece to the nearest other edge that its middle faces, 0 if there is none, and is_far. The other arguments
+  !> are those of cut_edge.
   pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
     !> in: start and end; out: also i_other and is_far
@@ -127,7 +132,7 @@ contains
     piece%is_far = nearest > limit
   end subroutine find_nearest
 
-  !> Returns the point of an edge at a place.
+  !> Returns the point of an edge at a place: 0 at its first node, 1 at its second one.
   pure function point_of_edge(ends, place) result(point)
     real(rk), intent(in) :: ends(:, :)
     real(rk), intent(in) :: place
@@ -136,7 +141,7 @@ contains
     point = (1 - place) * ends(:, 1) + place * ends(:, 2)
   end function point_of_edge
 
-  !> Returns the unit normal of an edge at a place.
+  !> Returns the unit normal of an edge at a place, 0 to 1 as for point_of_edge.
   pure function normal_of_edge(normals, place) result(normal)
     real(rk), intent(in) :: normals(:, :)
     real(rk), intent(in) :: place
@@ -148,9 +153,11 @@ contains
 
   !> Computes where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
   pure subroutine meet_edge(point, normal, ends, place, distance)
+    !> [length]
     real(rk), intent(in) :: point(:)
     !> unit normal
     real(rk), intent(in) :: normal(:)
+    !> [length] of the edge, shape (2, 2): components, nodes
     real(rk), intent(in) :: ends(:, :)
     !> [-] on the edge, 0 to 1 between its nodes
     real(rk), intent(out) :: place

@@ -104,6 +104,7 @@ contains
     real(rk), intent(in) :: along(:)
     !> [-] normal of the facet
     real(rk), intent(in) :: normal(:)
+    !> [length] positive outward
     real(rk), intent(out) :: height
     !> whether the slope of the surface is known at an end
     logical, intent(out) :: is_known
@@ -146,7 +147,7 @@ contains
     end associate
   end function is_seen
 
-  !> Returns the normals and borders of a surface at its nodes.
+  !> Returns the normals and borders of a surface at its nodes. The arguments are those of find_bulges.
   pure function nodes_of_surface(offsets, nodes, vertices, outward, n_corners) result(surface)
     integer, intent(in) :: offsets(:), nodes(:)
     real(rk), intent(in) :: vertices(:, :), outward(:, :)
@@ -180,7 +181,9 @@ contains
   pure subroutine add_corner(nodes, vertices, outward, corner, surface)
     !> corners of the facet
     integer, intent(in) :: nodes(:)
+    !> [length] their places, shape (n_dim, n_corners)
     real(rk), intent(in) :: vertices(:, :)
+    !> [-] normal of the facet
     real(rk), intent(in) :: outward(:)
     !> number of the corner in the facet, 1-based
     integer, intent(in) :: corner

@@ -73,6 +73,7 @@ contains
   !> so that neighbors still fit together: an edge into two, a face into a part at each corner and, without a node in its middle,
   !> one between those of its edges.
   pure function parts_of(n_dim, n_corners, n_nodes) result(parts)
+    !> dimension of the facet, and numbers of its corners and nodes
     integer, intent(in) :: n_dim, n_corners, n_nodes
     integer, allocatable :: parts(:, :)
     integer :: i, n

@@ -55,7 +55,7 @@ contains
     end associate
   end subroutine face_edge
 
-  !> Lists the straight parts of some edges.
+  !> Lists the straight parts of some edges of a surface.
   pure subroutine list_chords(shapes, side, edges, ends, i_edge)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side

@@ -131,6 +131,7 @@ contains
   !> Returns how far [-] the nodes of a facet lie from the places that the tangents in its middle give, relative to its extent.
   pure real(rk) function bend_of(shape, flat) result(bend)
     type(facet_shape_t), intent(in) :: shape
+    !> [length] nodes in the auxiliary plane, shape (2, n_nodes)
     real(rk), intent(in) :: flat(:, :)
     real(rk) :: middle(2), tangents(2, 2)
     integer :: k
@@ -149,7 +150,9 @@ contains
   !> Finds all parts that a facet has in common with others. If others lie one behind the other, the nearest one counts.
   subroutine find_commons(shapes, own, others, commons)
     type(facet_shape_t), intent(in) :: shapes(:)
+    !> the facet of the first surface
     type(view_t), intent(in) :: own
+    !> facets of the second surface; those without vertices are left out
     type(view_t), intent(in) :: others(:)
     type(common_t), allocatable, intent(out) :: commons(:)
     type(common_t), allocatable :: found(:)
@@ -218,9 +221,11 @@ contains
   pure subroutine find_places(shapes, own, other, point, place, opposite, is_found)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
+    !> [length] in the plane
     real(rk), intent(in) :: point(:)
     !> [-] in the reference elements
     real(rk), intent(out) :: place(2), opposite(2)
+    !> both places were found
     logical, intent(out) :: is_found
 
     opposite = 0
@@ -232,6 +237,7 @@ contains
   pure real(rk) function height_at(shapes, view, place) result(height)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: view
+    !> [-] in the reference element
     real(rk), intent(in) :: place(:)
 
     height = dot_product(view%vertices(3, :), shapes(view%i_type)%values(place))
@@ -240,6 +246,7 @@ contains
   !> Removes from each part what it has in common with nearer ones. A part whose distance is not known (huge) is left out.
   pure subroutine keep_nearest(found, smallest, commons)
     type(common_t), intent(in) :: found(:)
+    !> [length**2] rests of at most this area are left out
     real(rk), intent(in) :: smallest
     type(common_t), allocatable, intent(out) :: commons(:)
     type(polygon_t), allocatable :: left(:), pieces(:), rest(:)
@@ -323,6 +330,7 @@ contains
   !> Returns the area of a facet over that of its image in the plane [-].
   pure real(rk) function stretch_at(shape, vertices, place) result(stretch)
     type(facet_shape_t), intent(in) :: shape
+    !> [length] nodes in coordinates of the plane, shape (3, n_nodes)
     real(rk), intent(in) :: vertices(:, :), place(:)
     real(rk) :: area_vector(3), tangents(3, 2)
 

@@ -79,6 +79,7 @@ contains
   pure function shared_text(mesh, contact, node, i_entry) result(text)
     type(mesh_t), intent(in) :: mesh
     type(contact_config_t), intent(in) :: contact(:)
+    !> natural, 1-based
     integer, intent(in) :: node
     !> entry that has the node, too, 1-based
     integer, intent(in) :: i_entry
@@ -114,6 +115,7 @@ contains
   !> Whether the owner cannot move along its normal while others of the row can.
   pure logical function is_stuck(rows, row, is_prescribed)
     type(contact_rows_t), intent(in) :: rows
+    !> 1-based
     integer, intent(in) :: row
     logical, intent(in) :: is_prescribed(:)
     real(rk) :: free(size(rows%dofs_of(row)))

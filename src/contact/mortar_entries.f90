@@ -20,6 +20,7 @@ contains
   subroutine create_mortar_rows(sites, n_rows, first, sums, is_nodal_gap, n_terms, rows)
     !> nodes of the first surface with normals and gaps; those with a row come first
     type(node_pairs_t), intent(in) :: sites
+    !> number of rows
     integer, intent(in) :: n_rows
     !> the first surface
     type(mortar_side_t), intent(in) :: first
@@ -69,6 +70,7 @@ contains
   !> changed coefficient.
   pure function first_weights(first, owner) result(weights)
     type(mortar_side_t), intent(in) :: first
+    !> natural, 1-based
     integer, intent(in) :: owner
     real(rk) :: weights(3)
 

@@ -65,6 +65,7 @@ contains
     type(mechanical_model_t), intent(in) :: model
     !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
+    !> number of the entry, 1-based
     integer, intent(in) :: i_entry
     !> path of the deck, for messages
     character(*), intent(in) :: deck_path
@@ -109,7 +110,9 @@ contains
 
     !> Builds the rows for one order of the sides and finds what prevents it.
     subroutine try_order(is_swapped, speaks_against, failure)
+      !> whether the deck's second surface carries the rows
       logical, intent(in) :: is_swapped
+      !> reason of find_conflict against this order
       type(conflict_t), allocatable, intent(out) :: speaks_against
       type(error_t), allocatable, intent(out) :: failure
       type(contact_config_t) :: entries(size(contact))
@@ -232,6 +235,7 @@ contains
     logical, intent(in) :: has_row(:)
     type(mortar_side_t), intent(in) :: first
     type(node_pairs_t), intent(inout) :: sites
+    !> number of sites with rows
     integer, intent(out) :: n_rows
     logical :: is_end(0:size(first%ends, 2))
     integer :: i

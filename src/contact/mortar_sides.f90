@@ -145,6 +145,7 @@ contains
 
   !> Returns the longest distance [length] from a corner of a facet to the next one.
   pure real(rk) function longest_edge(corners) result(longest)
+    !> [length] shape (n_dim, n_corners)
     real(rk), intent(in) :: corners(:, :)
 
     longest = maxval(norm2(corners - cshift(corners, 1, dim=2), dim=1))

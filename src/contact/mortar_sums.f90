@@ -87,6 +87,7 @@ contains
   !> force, as that of a quadratic edge on the axis, has no row.
   pure elemental logical function has_row(self, node)
     class(mortar_sums_t), intent(in) :: self
+    !> natural, 1-based
     integer, intent(in) :: node
     !> [-]
     real(rk), parameter :: largest_share = 100.0_rk
@@ -100,6 +101,7 @@ contains
     class(mortar_sums_t), intent(in) :: self
     !> nodes of the first surface for which has_row is true
     integer, intent(in) :: owners(:)
+    !> shape (size(owners) + 1)
     integer, allocatable, intent(out) :: offsets(:)
     !> nodes of the second surface
     integer, allocatable, intent(out) :: nodes(:)
@@ -154,6 +156,7 @@ contains
   !> Sums some entries by their second node, nodes ascending.
   pure subroutine sum_by_node(self, entries, nodes, sums)
     class(mortar_sums_t), intent(in) :: self
+    !> indices of the entries, 1-based
     integer, intent(in) :: entries(:)
     integer, allocatable, intent(out) :: nodes(:)
     real(rk), allocatable, intent(out) :: sums(:)

@@ -59,7 +59,9 @@ contains
     type(mortar_side_t), intent(in) :: first
     integer, intent(in) :: i_facet
     type(mortar_side_t), intent(in) :: second
+    !> [length] search distance
     real(rk), intent(in) :: limit
+    !> numbers of the facets of the second surface, 1-based
     integer, allocatable, intent(out) :: near(:)
     real(rk) :: middle(size(first%vertices, 1)), normal(size(first%vertices, 1)), radius
     integer :: n
@@ -132,7 +134,9 @@ contains
     real(rk), intent(in) :: values(:, :)
     !> [length**(n_dim - 1)] shape (n_points)
     real(rk), intent(in) :: weights(:)
+    !> [-] shape (n_nodes, n_nodes)
     real(rk), allocatable, intent(out) :: dual(:, :)
+    !> M has no inverse; `dual` is then of no use
     logical, intent(out) :: is_singular
 
     allocate (dual(size(values, 1), size(values, 1)))
@@ -167,6 +171,7 @@ contains
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side
     integer, intent(in) :: i_facet
+    !> [-] in the reference element
     real(rk), intent(in) :: place(:)
     integer :: n_edges, n_nodes
 
@@ -217,6 +222,7 @@ contains
   pure real(rk) function area_of(model, shape, vertices) result(area)
     type(mechanical_model_t), intent(in) :: model
     type(facet_shape_t), intent(in) :: shape
+    !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
     integer :: p
 
@@ -231,6 +237,7 @@ contains
 
   !> Returns the length or area of the line or parallelogram that the tangents span.
   pure real(rk) function size_of(tangents)
+    !> [length] shape (components, 1 or 2)
     real(rk), intent(in) :: tangents(:, :)
 
     if (size(tangents, 2) == 1) then
@@ -243,6 +250,7 @@ contains
   !> Returns the circumference at several places: 2 pi r in axisymmetry, else 1.
   pure function around(model, places)
     type(mechanical_model_t), intent(in) :: model
+    !> [length] shape (n_dim, n)
     real(rk), intent(in) :: places(:, :)
     real(rk) :: around(size(places, 2))
     integer :: p

@@ -33,6 +33,7 @@ contains
   !> Returns an area as a percentage of the first surface, at most 100: on curved facets the points of the parts give a slightly
   !> different area than those of the whole.
   pure function percent_text(area, sums) result(text)
+    !> [length**(n_dim - 1)]
     real(rk), intent(in) :: area
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text

@@ -22,6 +22,7 @@ contains
   pure subroutine obstacle_gap(contact, coordinate_names, shape, shift)
     !> entry of the deck's contact section with an obstacle
     type(contact_config_t), intent(in) :: contact
+    !> names of the coordinates in expressions, shape (n_dim)
     type(string_t), intent(in) :: coordinate_names(:)
     !> [length] depends on the coordinates, and on the parameters if they move a sphere sideways or change its size
     type(value_config_t), intent(out) :: shape
@@ -67,6 +68,7 @@ contains
   !> shape = shape - sqrt(max(R^2 - s^2, 0)), where s^2 sums the squares of q - (q . d) d, q = x - c.
   pure subroutine take_off_cap(contact, direction, coordinate_names, shape)
     type(contact_config_t), intent(in) :: contact
+    !> [-] unit vector d
     real(rk), intent(in) :: direction(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(value_config_t), intent(inout) :: shape

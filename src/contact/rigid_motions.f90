@@ -89,6 +89,7 @@ contains
 
   !> Returns the displacements of the rigid modes at a place, which is relative to the center and scaled by the size of the body.
   pure function rigid_modes(place, is_round) result(modes)
+    !> [-] shape (n_dim)
     real(rk), intent(in) :: place(:)
     logical, intent(in) :: is_round
     real(rk) :: modes(size(place), n_rigid_modes(size(place), is_round))
@@ -133,6 +134,7 @@ contains
 
   !> Finds for each body the rigid motions that do not move the prescribed dofs.
   subroutine find_free_motions(is_prescribed, motions)
+    !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     type(rigid_motions_t), intent(inout) :: motions
     real(rk), allocatable :: gram(:, :, :), free(:, :)

@@ -65,6 +65,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     logical, intent(in) :: is_prescribed(:)
     type(contact_rows_t), intent(out) :: free
+    !> number of the new dofs, to which free%dofs refers
     integer, intent(out) :: n_dofs
     integer :: i, numbers(size(is_prescribed))
 

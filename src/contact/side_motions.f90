@@ -74,6 +74,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> one of followers_t%rows
     integer, intent(in) :: row
+    !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     !> node that moves
     integer, intent(in) :: node
