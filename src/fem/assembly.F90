@@ -37,6 +37,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(dof_map_t), intent(in) :: map
+    !> in: matrix of assemble_stiffness; out: with the added values
     Mat, intent(inout) :: stiffness
     PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: dofs_0(:)

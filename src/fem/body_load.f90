@@ -70,6 +70,7 @@ contains
   pure subroutine integrate(mesh, body, cells, component, densities, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: cells(:)
     integer, intent(in) :: component
     !> [force/length**3] at the integration points of the cells

@@ -116,6 +116,7 @@ contains
     integer, intent(in) :: i_entry
     integer, intent(in) :: i_component
     type(mesh_t), intent(in) :: mesh
+    !> natural, 1-based
     integer, intent(in) :: nodes(:)
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(in) :: terms
@@ -155,6 +156,7 @@ contains
   subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)
+    !> as in claim_dofs
     integer, intent(in) :: entry_of_dof(:)
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(inout) :: terms
@@ -186,7 +188,9 @@ contains
   pure subroutine add_values(dofs, parts, n_terms, conditions)
     !> ascending
     integer, intent(in) :: dofs(:)
+    !> at the nodes of these dofs
     type(value_terms_t), intent(in) :: parts(:)
+    !> number of terms until now
     integer, intent(in) :: n_terms
     type(boundary_conditions_t), intent(inout) :: conditions
     integer :: i, i_part, row

@@ -92,6 +92,7 @@ contains
   !> Replaces a 2 x 2 or 3 x 3 matrix by the transpose of its inverse (cofactors / determinant). Requires: it is not singular.
   pure subroutine invert_transposed(matrix, determinant)
     real(rk), intent(inout) :: matrix(:, :)
+    !> of the matrix before
     real(rk), intent(out) :: determinant
     real(rk) :: cofactors(size(matrix, 1), size(matrix, 1))
     integer :: i, j, i1, i2, j1, j2

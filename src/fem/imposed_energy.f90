@@ -65,6 +65,7 @@ contains
     integer, intent(in) :: i_cell
     !> imposed strain of each term alone
     type(strain_field_t), intent(in) :: fields(:)
+    !> [force*length, force in the plane] grows, shape (n_terms, n_terms)
     real(rk), intent(inout) :: energies(:, :)
     real(rk) :: strains(n_stresses, size(fields)), volume
     real(rk), allocatable :: coordinates(:, :), gradients(:, :)

@@ -60,7 +60,8 @@ contains
     end do
   end subroutine boundary_reactions
 
-  !> Lists the held boundaries, one row per name; a boundary may have several entries.
+  !> Lists the boundaries of the entries, one per name in the order of the entries; a boundary may have several entries. No forces
+  !> are set.
   pure subroutine list_boundaries(entries, reactions)
     type(boundary_config_t), intent(in) :: entries(:)
     type(reaction_t), allocatable, intent(out) :: reactions(:)
@@ -85,6 +86,7 @@ contains
 
   !> Returns the index of the boundary with this name, 1-based; 0 if there is none.
   pure integer function row_of(reactions, boundary) result(i_row)
+    !> result of list_boundaries
     type(reaction_t), intent(in) :: reactions(:)
     character(*), intent(in) :: boundary
 

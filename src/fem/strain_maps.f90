@@ -112,7 +112,9 @@ contains
   pure subroutine choose_materials(mesh, body, volumes, materials)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> of the cells, shape (n_cells)
     real(rk), intent(in) :: volumes(:)
+    !> 1-based, shape (n_nodes)
     integer, allocatable, intent(out) :: materials(:)
     real(rk) :: around(size(body%hooke, 3), mesh%n_nodes)
     integer, allocatable :: nodes(:)
@@ -167,6 +169,7 @@ contains
   pure subroutine map_nodes(mesh, body, volumes, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> of the cells, shape (n_cells)
     real(rk), intent(in) :: volumes(:)
     type(strain_map_t), intent(inout) :: map
     type(cell_gradients_t) :: gradients
@@ -192,7 +195,9 @@ contains
   pure function volumes_around(mesh, body, volumes, materials) result(totals)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> of the cells, shape (n_cells)
     real(rk), intent(in) :: volumes(:)
+    !> material that counts at each node, shape (n_nodes)
     integer, intent(in) :: materials(:)
     real(rk) :: totals(mesh%n_nodes)
     integer, allocatable :: nodes(:)
@@ -227,7 +232,9 @@ contains
   !> Adds the gradients of the nodes of one cell to a row of the map.
   pure subroutine add_to_row(map, row, nodes, gradients)
     type(strain_map_t), intent(inout) :: map
+    !> number of the row, 1-based
     integer, intent(in) :: row
+    !> natural nodes of the cell
     integer, intent(in) :: nodes(:)
     !> shape (3, size(nodes))
     real(rk), intent(in) :: gradients(:, :)
@@ -247,6 +254,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(imposed_strains_t), intent(in) :: imposed
+    !> of the cells, shape (n_cells)
     real(rk), intent(in) :: volumes(:)
     type(strain_map_t), intent(inout) :: of_cells, of_nodes
     real(rk) :: at_cells(mesh%n_cells), at_nodes(mesh%n_nodes), totals(mesh%n_nodes)

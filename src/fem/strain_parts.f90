@@ -107,6 +107,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(entry_t), intent(in) :: entry
+    !> 1-based
     integer, intent(in) :: cells(:)
     !> has the names that expressions may contain
     type(term_set_t), intent(in) :: terms
@@ -139,6 +140,7 @@ contains
   subroutine place_products(mesh, body, cells, value, terms, deck_path, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: cells(:)
     type(value_config_t), intent(in) :: value
     type(term_set_t), intent(in) :: terms
@@ -169,7 +171,9 @@ contains
   subroutine add_scaled(products, factor, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
     type(value_config_t), intent(in) :: factor
+    !> expression; empty: 1
     character(*), intent(in) :: of_parameters
+    !> at the integration points
     real(rk), intent(in) :: values(:)
 
     if (factor%is_constant) then
@@ -198,7 +202,9 @@ contains
   !> Adds a product. Products with the same function of the parameters are merged into one.
   subroutine add_product(products, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
+    !> expression; empty: 1
     character(*), intent(in) :: of_parameters
+    !> at the integration points
     real(rk), intent(in) :: values(:)
     type(point_product_t), allocatable :: longer(:)
     integer :: i, n

@@ -78,6 +78,7 @@ contains
   !> cell.
   subroutine orient_facets(mesh, i_group, load, deck_path, orientations, error)
     type(mesh_t), intent(in) :: mesh
+    !> index of the surface in mesh%groups
     integer, intent(in) :: i_group
     type(load_config_t), intent(in) :: load
     character(*), intent(in) :: deck_path
@@ -229,6 +230,7 @@ contains
     type(term_source_t), intent(inout) :: source
     integer, intent(in) :: i_facet
     integer, intent(in) :: n_nodes
+    !> 0 = pressure, else component of the traction
     integer, intent(in) :: component
     type(facet_rule_t) :: rule
     integer :: k
@@ -249,11 +251,14 @@ contains
   !> Returns the term that is the force on one dof. Adds it to terms and pattern if it is not there.
   subroutine name_dof_term(mesh, i_node, component, terms, term_of_dof, pattern, i_term)
     type(mesh_t), intent(in) :: mesh
+    !> natural, 1-based
     integer, intent(in) :: i_node
     integer, intent(in) :: component
     type(term_set_t), intent(inout) :: terms
+    !> as in add_surface_load
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
+    !> 1-based
     integer, intent(out) :: i_term
     integer :: dof
 

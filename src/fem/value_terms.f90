@@ -101,6 +101,7 @@ contains
     type(value_config_t), intent(in) :: value
     character(*), intent(in) :: deck_path
     type(term_set_t), intent(in) :: terms
+    !> set up to the first node without a finite value; shape (size(nodes))
     real(rk), intent(inout) :: values(:)
     type(error_t), allocatable, intent(out) :: error
     type(expression_t) :: expression
@@ -125,6 +126,7 @@ contains
     integer, intent(in) :: nodes(:)
     type(value_config_t), intent(in) :: value
     type(term_set_t), intent(inout) :: terms
+    !> indices of the new terms, 1-based; shape (size(nodes))
     integer, intent(inout) :: term_of_node(:)
     type(string_t) :: names(size(nodes))
     type(term_source_t) :: source
