@@ -259,6 +259,7 @@ contains
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
+    !> shape (n_rows)
     logical, intent(in) :: is_closed(:)
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
@@ -315,6 +316,7 @@ contains
   !> by more than rounding.
   subroutine keep_idle_holds(system, is_closed, step)
     type(contact_system_t), intent(in) :: system
+    !> shape (n_rows)
     logical, intent(in) :: is_closed(:)
     type(step_t), intent(inout) :: step
     real(rk) :: amplitudes(system%motions%n_free)

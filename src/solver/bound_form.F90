@@ -119,6 +119,7 @@ contains
   pure subroutine rank_rows(rows, n_nodes, levels, order)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
+    !> as in bound_form_t
     integer, allocatable, intent(out) :: levels(:), order(:)
     integer :: i_level, k, n(n_nodes), owners(rows%n_rows)
     logical :: is_next(rows%n_rows)
@@ -144,6 +145,7 @@ contains
   pure function is_own_dof(self, system, i_level) result(is_own)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    !> level, 1-based
     integer, intent(in) :: i_level
     logical, allocatable :: is_own(:)
     integer :: k, n(system%map%n_dofs / system%map%n_dim)
@@ -221,6 +223,7 @@ contains
   pure function block_of_row(self, system, k, own, is_inverse) result(block)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    !> row, 1-based
     integer, intent(in) :: k
     !> dofs of the row that belong to the block, 1-based in the row
     integer, intent(in) :: own(:)
@@ -244,6 +247,7 @@ contains
   subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    !> level, 1-based
     integer, intent(in) :: i_level
     !> shape (n_dofs)
     logical, intent(in) :: is_own(:)
@@ -324,10 +328,13 @@ contains
     end do
   end subroutine to_forces_on_unknowns
 
-  !> Multiplies the values of some dofs by I - 2 v v'.
+  !> Multiplies the values of some dofs by I - 2 v v'. The values of all other dofs stay.
   pure subroutine reflect(v, dofs, values)
+    !> [-] on these dofs, of unit length or zero
     real(rk), intent(in) :: v(:)
+    !> natural
     integer, intent(in) :: dofs(:)
+    !> natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
 
     values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))

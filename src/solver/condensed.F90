@@ -193,6 +193,7 @@ contains
   subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: theta(:, :)
+    !> get reason, n_iterations, multipliers and is_active
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] multipliers, and scaled openings of the anchors; shape (n_rows, n_points)
     real(rk), intent(out) :: unknowns(:, :)
@@ -224,10 +225,11 @@ contains
     end do
   end subroutine solve_multipliers
 
-  !> Sets the force of an anchor to zero if the loads are in equilibrium except for rounding.
+  !> Sets the scaled force of an anchor in `openings` to zero if the loads are in equilibrium except for rounding.
   subroutine balance_anchors(self, theta, openings)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: theta(:, :)
+    !> free openings, in rows of anchors their scaled forces; shape (n_rows, n_points)
     real(rk), intent(inout) :: openings(:, :)
 
     associate (rows => self%anchors%rows)
@@ -238,8 +240,10 @@ contains
   !> Sets the multipliers of the anchors from the solution of the dense problem; an anchor is closed if its opening is zero.
   subroutine load_anchors(self, opening, solution, state)
     type(condensed_t), intent(in) :: self
+    !> free openings, in rows of anchors their scaled forces; shape (n_rows)
     real(rk), intent(in) :: opening(:)
     type(lcp_solution_t), intent(in) :: solution
+    !> gets multipliers and is_active of the anchors; the reason is reason_pulled_off if the solution has reason_ray
     type(contact_state_t), intent(inout) :: state
 
     associate (rows => self%anchors%rows)
@@ -254,6 +258,7 @@ contains
     type(contact_system_t), intent(in) :: system
     !> [length] shape (n_local_dofs, n_points)
     real(rk), intent(in) :: local(:, :)
+    !> get their displacement
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     integer :: i, i_local

@@ -74,6 +74,7 @@ contains
     type(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
+    !> rows, 1-based
     integer, intent(in) :: chosen(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: rhs(:, :), response(:, :), closing(:, :)

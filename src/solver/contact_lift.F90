@@ -154,6 +154,7 @@ contains
   pure logical function moves(lift, values, k)
     type(contact_lift_t), intent(in) :: lift
     real(rk), intent(in) :: values(:)
+    !> row, 1-based
     integer, intent(in) :: k
 
     moves = any(abs(values(lift%starts(k) + 1:lift%starts(k + 1))) > 0)
@@ -163,6 +164,7 @@ contains
   pure function moved_nodes(lift, n_dim, k) result(nodes)
     type(contact_lift_t), intent(in) :: lift
     integer, intent(in) :: n_dim
+    !> row, 1-based
     integer, intent(in) :: k
     integer, allocatable :: nodes(:)
 
@@ -282,6 +284,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] L on these dofs
     real(rk), intent(in) :: values(:)
+    !> of color_rows, shape (n_rows)
     integer, intent(in) :: colors(:)
     !> in: these entries; out: with their values
     type(sparse_matrix_t), intent(inout) :: lift

@@ -58,6 +58,7 @@ contains
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
     type(linear_solver_t), intent(inout) :: linear_solver
+    !> [length/force] rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: rhs(:, :)

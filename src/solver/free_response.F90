@@ -102,6 +102,7 @@ contains
   !> Whether a term prescribes values. Most terms of a load that moves are forces alone.
   pure logical function has_prescribed_values(system, i_term)
     type(contact_system_t), intent(in) :: system
+    !> 1-based
     integer, intent(in) :: i_term
 
     has_prescribed_values = .false.

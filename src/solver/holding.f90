@@ -55,6 +55,7 @@ contains
   pure subroutine span_of(motions, is_closed, held, n_held)
     type(rigid_motions_t), intent(in) :: motions
     logical, intent(in) :: is_closed(:)
+    !> [-] the first n_held columns; shape (n_free, n_free)
     real(rk), intent(out) :: held(:, :)
     integer, intent(out) :: n_held
     integer :: i
@@ -71,6 +72,7 @@ contains
   !> Returns pairs of a set that hold as much as the whole set, each time the one that adds most; of equal ones the first counts.
   pure function independent_rows(motions, is_closed) result(rows)
     type(rigid_motions_t), intent(in) :: motions
+    !> the set, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, allocatable :: rows(:)
     real(rk) :: rest(size(is_closed), motions%n_free), sizes(size(is_closed)), direction(motions%n_free)
@@ -90,6 +92,7 @@ contains
 
   !> Returns the part of a row that the held motions do not span.
   pure function remainder_of(row, held) result(rest)
+    !> row of B Z, shape (n_free)
     real(rk), intent(in) :: row(:)
     !> orthonormal columns
     real(rk), intent(in) :: held(:, :)
@@ -102,8 +105,10 @@ contains
   !> Returns the candidate with the largest multiplier among those that hold a further motion; 0 if there is none.
   pure integer function least_pulling(motions, is_candidate, multipliers, held) result(best)
     type(rigid_motions_t), intent(in) :: motions
+    !> shape (n_rows)
     logical, intent(in) :: is_candidate(:)
     real(rk), intent(in) :: multipliers(:)
+    !> orthonormal columns of the held motions, shape (n_free, n_held)
     real(rk), intent(in) :: held(:, :)
     integer :: k
 
@@ -211,6 +216,7 @@ contains
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies
     logical, intent(in) :: is_closed(:)
+    !> set that the last step asks for, shape (n_rows)
     logical, intent(in) :: wanted(:)
     logical :: next(size(is_closed)), is_last(size(is_closed))
     real(rk) :: closing(size(is_closed))

@@ -80,6 +80,7 @@ contains
     integer, intent(in) :: dofs(:)
     !> [length] natural, shape (n_dofs); read on `dofs` only
     real(rk), intent(in) :: values(:)
+    !> symmetric
     Mat, intent(inout) :: matrix
     Vec, intent(inout) :: rhs
     PetscErrorCode, intent(out) :: ierr
@@ -105,6 +106,7 @@ contains
   !> with a warning) are reasons, not errors. Collective.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
+    !> symmetric, with blocks of n_dim rows
     Mat, intent(in) :: matrix
     !> prefix of the PETSc options, with its underscore
     character(*), intent(in) :: prefix

@@ -114,6 +114,7 @@ contains
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
+    !> [length] of scales
     real(rk), intent(in) :: length_scale
     Vec, intent(out) :: upper
     PetscErrorCode, intent(out) :: ierr
