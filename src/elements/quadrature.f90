@@ -41,6 +41,7 @@ contains
   !> Computes the tensor product of a Gauss rule on [-1, 1]. The first coordinate varies fastest.
   pure subroutine gauss_points(n_dim, line_points, line_weights, points, weights)
     integer, intent(in) :: n_dim
+    !> [-] points and weights of the rule
     real(rk), intent(in) :: line_points(:)
     real(rk), intent(in) :: line_weights(:)
     real(rk), allocatable, intent(out) :: points(:, :)
@@ -62,6 +63,7 @@ contains
   !> 1/6 and 2/3 in a triangle, and (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20 in a tetrahedron.
   pure subroutine simplex_points(n_dim, volume, points, weights)
     integer, intent(in) :: n_dim
+    !> [-] of the reference element
     real(rk), intent(in) :: volume
     real(rk), allocatable, intent(out) :: points(:, :)
     real(rk), allocatable, intent(out) :: weights(:)

@@ -101,6 +101,7 @@ contains
 
   !> Returns the inverse of a matrix by elimination with row exchanges. The matrices of the elements are never singular.
   pure function inverted(matrix) result(inverse)
+    !> square
     real(rk), intent(in) :: matrix(:, :)
     real(rk) :: inverse(size(matrix, 1), size(matrix, 1))
     real(rk) :: rows(size(matrix, 1), 2 * size(matrix, 1))

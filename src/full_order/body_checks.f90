@@ -56,6 +56,7 @@ contains
   pure function body_name(mesh, motions, i_body) result(text)
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
+    !> 1-based
     integer, intent(in) :: i_body
     character(:), allocatable :: text
 

@@ -273,6 +273,7 @@ contains
   subroutine set(self, problem, i_body, values)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
+    !> number of the body, 1-based
     integer, intent(in) :: i_body
     !> values of the variables of this body, as to_variable gives them, shape (n_variables)
     real(rk), intent(in) :: values(:)

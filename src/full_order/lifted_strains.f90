@@ -58,6 +58,7 @@ contains
   !> Returns the index of the problem's term that equals term s of the strains. The term is added where there is none.
   integer function term_of(strains, s, i_part, n_first, terms) result(i_term)
     type(imposed_strains_t), intent(in) :: strains
+    !> term of the strains, 1-based
     integer, intent(in) :: s
     !> a part with this term
     integer, intent(in) :: i_part

@@ -61,6 +61,7 @@ contains
   pure integer function border(is_first, i_group, n_groups)
     !> whether a point has another stiffness than the one before; the first point has
     logical, intent(in) :: is_first(:)
+    !> 0 to n_groups
     integer, intent(in) :: i_group
     integer, intent(in) :: n_groups
     integer :: distance, fair

@@ -131,6 +131,7 @@ contains
 
   !> Returns the hashes of the values of all fields, one after the other; empty without fields.
   pure function field_hashes(fields) result(text)
+    !> those without values do not count
     type(nodal_field_t), intent(in) :: fields(:)
     character(:), allocatable :: text
     integer :: i

@@ -127,6 +127,7 @@ contains
     class(contact_rows_t), intent(in) :: self
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
+    !> number of all dofs: length of the result
     integer, intent(in) :: n_dofs
     !> [force] shape (n_dofs)
     real(rk) :: forces(n_dofs)

@@ -48,6 +48,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
     !> [force / area] shape (n_nodes)
     real(rk) :: pressures(n_nodes)
@@ -77,6 +78,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> [length] gap of each row after the displacement, shape (n_rows)
     real(rk), intent(in) :: opening(:)
+    !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
     !> [length] NaN at nodes without rows, shape (n_nodes)
     real(rk) :: gaps(n_nodes)

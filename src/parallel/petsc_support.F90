@@ -114,6 +114,7 @@ contains
   !> Adds options, pairs `-name value` separated by blanks, to the options of PETSc. An option that is added again gets the new
   !> value. If PETSc complains about one, for example about a missing file of options, `message` says so.
   subroutine insert_petsc_options(options, ierr, message)
+    !> such as `-ksp_type cg -ksp_view`
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
     !> complaint of PETSc about the options; not allocated where there is none. Without this argument a complaint sets ierr
@@ -213,6 +214,7 @@ contains
   !> Returns the first and the last row, 1-based, of the slice of n_rows rows that belongs to this rank. All slices are nearly
   !> equal; last is first - 1 where the slice is empty.
   subroutine rows_of_rank(n_rows, comm, first, last, ierr)
+    !> number of all rows
     integer, intent(in) :: n_rows
     MPI_Comm, intent(in) :: comm
     integer, intent(out) :: first

@@ -152,6 +152,7 @@ contains
   !> Returns the bounded coordinate at a point of the face.
   pure real(rk) function coordinate_at(facet, coordinates, place)
     type(curved_facet_t), intent(in) :: facet
+    !> [length] bounded coordinate of the nodes
     real(rk), intent(in) :: coordinates(:)
     !> s and t
     real(rk), intent(in) :: place(2)
@@ -162,6 +163,7 @@ contains
 
   !> Returns the bilinear shape functions of the unit square at (s, t).
   pure function square_values(place) result(values)
+    !> s and t
     real(rk), intent(in) :: place(2)
     real(rk) :: values(4)
 
@@ -173,6 +175,7 @@ contains
   !> Inserts `cut` into the ascending borders, so that there is one strip more.
   pure subroutine insert(cut, borders, n_strips)
     real(rk), intent(in) :: cut
+    !> ends of the strips or pieces, ascending; only the first n_strips + 1 count
     real(rk), intent(inout) :: borders(most_borders)
     integer, intent(inout) :: n_strips
     integer :: j
@@ -188,7 +191,9 @@ contains
     type(curved_facet_t), intent(in) :: facet
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
+    !> [-] from 0 to 1
     real(rk), intent(in) :: s
+    !> Gauss weight of s times the width of its strip
     real(rk), intent(in) :: weight_of_s
     type(facet_rule_t), intent(inout) :: rule
     real(rk) :: pieces(2, most_cuts), places(3)
@@ -249,6 +254,7 @@ contains
     !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)
     type(window_t), intent(in) :: window
+    !> both ends of each piece, shape (2, most_cuts); only the first n_pieces count
     real(rk), intent(out) :: pieces(2, most_cuts)
     integer, intent(out) :: n_pieces
     real(rk) :: borders(most_borders), cuts(most_cuts), middle, place
@@ -277,6 +283,7 @@ contains
     !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)
     type(window_t), intent(in) :: window
+    !> only the first n_cuts count, in no order
     real(rk), intent(out) :: cuts(most_cuts)
     integer, intent(out) :: n_cuts
     real(rk) :: bounds(2), discriminant, q

@@ -50,7 +50,9 @@ contains
     !> what was compiled before is freed
     class(expression_t), intent(inout) :: this
     character(*), intent(in) :: text
+    !> names of the variables
     type(string_t), intent(in) :: names(:)
+    !> why the text was refused
     character(:), allocatable, intent(out) :: message
     character(max_message) :: token, sentence
     integer(c_int) :: code, position
@@ -82,6 +84,7 @@ contains
   !> infinite or not a number, when the expression is not compiled, or when the number of values is wrong; do not use `result` then.
   subroutine evaluate(this, values, result, is_valid)
     class(expression_t), intent(in) :: this
+    !> shape (number of names)
     real(rk), intent(in) :: values(:)
     real(rk), intent(out) :: result
     logical, intent(out) :: is_valid
@@ -168,6 +171,7 @@ contains
   !> Writes all names into one text, each padded with blanks to the same width, as sig_expression_create takes them.
   pure subroutine pack_names(names, fields, width)
     type(string_t), intent(in) :: names(:)
+    !> length width * size(names)
     character(:), allocatable, intent(out) :: fields
     integer, intent(out) :: width
     integer :: i_name

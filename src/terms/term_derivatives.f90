@@ -64,6 +64,7 @@ contains
     integer, intent(in) :: i_parameter
     real(rk), intent(in) :: length
     integer, intent(in) :: direction
+    !> [per unit of the parameter] shape (n_terms)
     real(rk), contiguous, intent(inout) :: slopes(:)
     logical, intent(out) :: is_kink
     logical, intent(out) :: is_found
@@ -98,12 +99,14 @@ contains
   pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
     !> slopes below, in the middle and above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)
+    !> whether the terms have finite values below and above at the last step
     logical, intent(in) :: has_side(-1:)
     !> [per unit of the parameter] rounding error of a slope at the last step, shape (n_terms)
     real(rk), intent(in) :: noise(:)
     !> terms that have no slope yet, shape (n_terms)
     logical, intent(in) :: is_open(:)
     integer, intent(in) :: direction
+    !> in: slopes of the terms that are not open; out: all
     real(rk), intent(inout) :: slopes(:)
     logical, intent(out) :: is_kink
     logical, intent(out) :: is_found
@@ -132,6 +135,7 @@ contains
   pure subroutine find_limits(slopes, noise, limits, has_limit)
     !> shape (n_terms, n_steps)
     real(rk), intent(in) :: slopes(:, :)
+    !> [per unit of the parameter] rounding error of a slope, shape (n_terms)
     real(rk), intent(in) :: noise(:)
     real(rk), intent(out) :: limits(:)
     logical, intent(out) :: has_limit(:)
@@ -150,6 +154,7 @@ contains
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     integer, intent(in) :: i_parameter
+    !> [unit of the parameter] > 0
     real(rk), intent(in) :: step
     !> shape (n_terms, 5); zero on a side where has_side is false
     real(rk), contiguous, intent(inout) :: values(:, -2:)
@@ -175,6 +180,7 @@ contains
   pure function are_same(sides, noise)
     !> slopes below, in the middle and above, shape (n_terms, 3)
     real(rk), intent(in) :: sides(:, -1:)
+    !> [per unit of the parameter] rounding error of a slope, shape (n_terms)
     real(rk), intent(in) :: noise(:)
     logical :: are_same(size(sides, 1))
 
@@ -185,8 +191,11 @@ contains
 
   !> Returns the slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
   pure function slope_of_side(values, side, step) result(slopes)
+    !> values of the terms at the steps -2 to 2, shape (n_terms, 5)
     real(rk), intent(in) :: values(:, -2:)
+    !> -1 or 1
     integer, intent(in) :: side
+    !> [unit of the parameter]
     real(rk), intent(in) :: step
     real(rk) :: slopes(size(values, 1))
 
@@ -195,7 +204,9 @@ contains
 
   !> Returns the slopes from the values on both sides: (f_-2 - 8 f_-1 + 8 f_1 - f_2) / 12h.
   pure function central_slope(values, step) result(slopes)
+    !> values of the terms at the steps -2 to 2, shape (n_terms, 5)
     real(rk), intent(in) :: values(:, -2:)
+    !> [unit of the parameter]
     real(rk), intent(in) :: step
     real(rk) :: slopes(size(values, 1))
 

@@ -105,6 +105,7 @@ contains
   !> Adds several new terms with one allocation. Each is zero until a source adds to it.
   pure subroutine add_terms(self, names, terms)
     class(term_set_t), intent(inout) :: self
+    !> a name or the expression of each, for people
     type(string_t), intent(in) :: names(:)
     !> indices of the new terms, 1-based, shape (size(names))
     integer, intent(out) :: terms(:)
@@ -122,6 +123,7 @@ contains
   !> Adds a new term that is an expression of the parameters, and gives its index (i_term, 1-based). The text is not checked here.
   pure subroutine add_expression(self, text, line, column, i_term)
     class(term_set_t), intent(inout) :: self
+    !> the expression, which becomes the name of the term, too
     character(*), intent(in) :: text
     !> line and column of the text in the deck, for messages
     integer, intent(in) :: line

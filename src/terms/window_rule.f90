@@ -243,6 +243,7 @@ contains
 
   !> Divides 0 <= s <= 1 into strips, within which no bound crosses a side t = 0 or t = 1.
   pure subroutine find_borders(places, window, borders, n_strips)
+    !> [length] bounded coordinate of the corners (0, 0), (1, 0), (1, 1), (0, 1)
     real(rk), intent(in) :: places(4)
     type(window_t), intent(in) :: window
     !> ends of the strips, ascending; only the first n_strips + 1 are set
@@ -267,8 +268,10 @@ contains
   !> Returns the number of Gauss points in s for a strip: 0 where the strip lies outside of the window, n_fine where a bound cuts a
   !> quadrilateral along a function that is not close to a polynomial of s, else n_gauss.
   pure integer function outer_points(places, window, strip, is_triangle) result(n_points)
+    !> [length] as in find_borders
     real(rk), intent(in) :: places(4)
     type(window_t), intent(in) :: window
+    !> interval of s
     real(rk), intent(in) :: strip(2)
     logical, intent(in) :: is_triangle
     real(rk), parameter :: even = 0.9_rk
@@ -285,6 +288,7 @@ contains
   pure function piece_at(places, s, window) result(piece)
     !> [length] bounded coordinate of the corners
     real(rk), intent(in) :: places(4)
+    !> [-] from 0 to 1
     real(rk), intent(in) :: s
     type(window_t), intent(in) :: window
     real(rk) :: piece(2)
