@@ -159,14 +159,15 @@ const char *signorom_text(const signorom_model *model, int kind);
  * SIGNOROM_BAD_ARGUMENT: i is out of range. */
 int signorom_get_parameter(const signorom_model *model, int i, const char **name, const char **unit, double *minimum,
                            double *maximum);
-/* Gives the nodes of one side of the contacts. Side 0 is the first one, which carries the contact forces; side 1 is the
- * second one. The nodes of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays. Ask for
- * starts [n_contacts + 1] first: its last entry is the length n of the other arrays. tags [n] are the node tags of the
- * mesh file; coordinates [n][n_dimensions] are the places of the nodes; weights [n] are the shares of the contact's
- * force on each node, which sum up to 1 and may be negative. On side 0 the force and the multiplier of a contact belong
- * to its first node. For the node in the middle of a side of a face with six or eight nodes, the corners at both ends
- * of this side have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share
- * nodes. Any array may be null. SIGNOROM_BAD_ARGUMENT: `side` is neither 0 nor 1. */
+/* Gives the nodes of one side of the contacts. Side 0 is the one that carries the contact forces: the first surface of
+ * the entry in the deck, or the second one where rows of mortar contact belong to it. Side 1 is the other one. The
+ * nodes of contact i are the entries starts[i] ... starts[i + 1] - 1 of the other arrays. Ask for starts [n_contacts +
+ * 1] first: its last entry is the length n of the other arrays. tags [n] are the node tags of the mesh file;
+ * coordinates [n][n_dimensions] are the places of the nodes; weights [n] are the shares of the contact's force on each
+ * node, which sum up to 1 and may be negative. On side 0 the force and the multiplier of a contact belong to its first
+ * node. For the node in the middle of a side of a face with six or eight nodes, the corners at both ends of this side
+ * have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share nodes. Any array
+ * may be null. SIGNOROM_BAD_ARGUMENT: `side` is neither 0 nor 1. */
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
 /* Gives the areas of the contacts [n_contacts]; in plane models they are lengths. Contact pressure = contact force /
@@ -181,11 +182,12 @@ int signorom_get_contact_entries(const signorom_model *model, int *n_entries, in
  * null where there is no such entry. */
 const char *signorom_contact_entry_name(const signorom_model *model, int entry);
 /* Sums the forces of all contacts [n_contacts] over each entry of the deck's contact section. The results are the area
- * that touches [n_entries], the resultant force on the first surface [n_entries][n_dimensions], and its moment about
- * the origin of the coordinates [n_entries][n_moments], on the undeformed mesh. In plane models the moment is x F_y - y
- * F_x, and all results are per unit thickness. In axisymmetric models the results are sums over the full turn of the
- * components in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number, the results of its
- * entry are not numbers either. SIGNOROM_BAD_ARGUMENT: one of the arrays is null. Several threads may share the model.
+ * that touches [n_entries], the resultant force on the first surface that the entry names [n_entries][n_dimensions],
+ * and its moment about the origin of the coordinates [n_entries][n_moments], on the undeformed mesh. In plane models
+ * the moment is x F_y - y F_x, and all results are per unit thickness. In axisymmetric models the results are sums over
+ * the full turn of the components in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number,
+ * the results of its entry are not numbers either. SIGNOROM_BAD_ARGUMENT: one of the arrays is null. Several threads
+ * may share the model.
  */
 int signorom_get_resultants(const signorom_model *model, const double *multipliers, double *areas, double *forces,
                             double *moments);

@@ -18,7 +18,7 @@ enum sig_h5_type { SIG_H5_OTHER = 0, SIG_H5_REAL = 1, SIG_H5_INTEGER = 2, SIG_H5
 
 enum sig_h5_status {
   SIG_H5_OK = 0,
-  SIG_H5_NOT_HDF5 = 1, /* the file does not start as HDF5 does */
+  SIG_H5_NOT_HDF5 = 1, /* the file does not start as HDF5 does, is missing or cannot be read */
   SIG_H5_DAMAGED = 2,  /* it does, but cannot be opened: cut off or overwritten */
   SIG_H5_LOCKED = 3,   /* another program has it open for writing */
   SIG_H5_NO_CREATE = 4,
@@ -46,7 +46,7 @@ int sig_h5_open_image(const void *bytes, size_t size, sig_h5_file **file);
 int64_t sig_h5_image_size(sig_h5_file *file);
 int sig_h5_get_image(sig_h5_file *file, size_t size, void *bytes);
 
-/* Closes the file. The handle is no longer valid, even after a failure. */
+/* Closes the file; null is allowed. The handle is no longer valid, even after a failure. */
 int sig_h5_close(sig_h5_file *file);
 
 /* Writes an array. `values` are double or int, as `type` says; `shape` has `rank` entries, and rank 0 is a scalar.

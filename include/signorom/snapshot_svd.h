@@ -31,7 +31,8 @@ int sig_snapshot_svd_left(intptr_t svd, int n_vectors, double *left);
 int sig_snapshot_svd_destroy(intptr_t *svd);
 
 /* Computes the singular values and left vectors of a matrix (n_rows, n_columns) of any shape on one rank. With k =
- * min(n_rows, n_columns) the results are singular_values (k) and left (n_rows, k). */
+ * min(n_rows, n_columns) the results are singular_values (k) and left (n_rows, k). It takes the same options and fails
+ * in the same case as sig_snapshot_svd_decompose. */
 int sig_thin_svd(int n_rows, int n_columns, const double *matrix, double *singular_values, double *left);
 
 /* Gathers the rows of all ranks on every rank, in rank order: local (n_local, n_columns) -> gathered (n_rows,

@@ -40,8 +40,10 @@ typedef struct {
 
 /* Reads a whole text of `length` bytes (no NUL needed at its end).
    Returns 0 and a reading to be freed with sig_yaml_free (with faults, the nodes are incomplete and of no use),
-   or 1 when memory is exhausted. An empty text has no nodes. Anchors, aliases, tags and second documents are faults of
-   kind SIG_YAML_REFUSED. */
+   or 1 when memory is exhausted. An empty text has no nodes. Faults of kind SIG_YAML_REFUSED: bytes that are not UTF-8
+   text, control characters, tabs as indentation, anchors, aliases, tags, second documents, more than 32 levels or
+   10000 nodes, and keys that are empty, a mapping or a list, or have a line break or a tab. At most 20 faults are kept.
+ */
 int sig_yaml_read(const char *text, size_t length, sig_yaml **reading);
 
 int sig_yaml_n_nodes(const sig_yaml *reading);

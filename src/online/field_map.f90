@@ -25,7 +25,8 @@ module sig_field_map
     type(string_t), allocatable :: region_names(:)
     !> region of each cell, 1-based; 0 = none
     integer, allocatable :: regions(:)
-    !> facets of the first surfaces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
+    !> facets of the surfaces that carry the forces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) +
+    !> 1:facet_starts(i + 1))
     integer, allocatable :: facet_starts(:)
     integer, allocatable :: facet_nodes(:)
     !> entry of the deck's contact section for each facet, 1-based

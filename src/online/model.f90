@@ -75,9 +75,10 @@ module sig_model
     integer, allocatable :: node_tags(:)
     !> [length] shape (n_dim, n_nodes), or none
     real(rk), allocatable :: coordinates(:, :)
-    !> nodes of the first side, at least one per contact
+    !> nodes of the side that carries the forces, at least one per contact: the first surface of the entry in the deck, or the
+    !> second one where rows of mortar contact belong to it
     type(contact_side_t) :: first_side
-    !> nodes of the second side; a contact with a rigid obstacle has none
+    !> nodes of the other side; a contact with a rigid obstacle has none
     type(contact_side_t) :: second_side
     !> [length**(n_dim - 1)] pressure = multiplier / area, shape (n_multipliers)
     real(rk), allocatable :: areas(:)

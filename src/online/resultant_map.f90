@@ -15,9 +15,10 @@ module sig_resultant_map
   public :: resultant_map_t
 
   !> The resultants are linear in the multipliers, because geometry and normals are those of the undeformed mesh. Forces act on the
-  !> first surface. The moment about the origin is x cross f: three numbers in space, x f_y - y f_x in the plane. In axisymmetry
-  !> both are sums over the full turn of components in the half plane r, z: F_r is the sum of the radial forces, though these have
-  !> no resultant in space, and r f_z - z f_r shows at which radius F_z acts.
+  !> first surface that the entry names, also where the rows belong to the second one. The moment about the origin is x cross f:
+  !> three numbers in space, x f_y - y f_x in the plane. In axisymmetry both are sums over the full turn of components in the half
+  !> plane r, z: F_r is the sum of the radial forces, though these have no resultant in space, and r f_z - z f_r shows at which
+  !> radius F_z acts.
   type :: resultant_map_t
     !> names of the two surfaces, for each entry of the deck's contact section; shape (n_entries); none in older files
     type(string_t), allocatable :: names(:)
