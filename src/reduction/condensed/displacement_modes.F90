@@ -93,7 +93,8 @@ contains
     end associate
   end subroutine take_materials
 
-  !> Computes the basis of each body: the responses to prescribed displacements, then the POD modes. Collective on all ranks.
+  !> Computes the basis of each body: the responses to prescribed displacements, then the POD modes. Sets dofs, lifted_terms and
+  !> basis of data%modes(:). Collective on all ranks.
   subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -155,6 +156,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(in) :: joined
+    !> V, of find_bases
     type(columns_t), intent(in) :: bases(:)
     !> [force] K_1 V, K_2 V, ... on free dofs, rows of this rank
     type(columns_t), intent(out) :: forces(:)
@@ -193,7 +195,7 @@ contains
     end do
   end subroutine measure_parts
 
-  !> Sets the material law to one part of each body at mu_0. Bodies with fewer parts get zero stiffness. Local.
+  !> Sets the material law to part i_part of the stiffness of each body at mu_0. Bodies with fewer parts get zero stiffness. Local.
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
     class(interpolated_data_t), intent(in) :: data
@@ -220,7 +222,9 @@ contains
     type(team_t), intent(inout) :: team
     !> responses at mu_0; the stiffness of the team must be that of mu_0, too
     type(responses_t), intent(in) :: responses
+    !> of find_bases
     type(columns_t), intent(in) :: bases(:)
+    !> of measure_parts
     type(columns_t), intent(in) :: forces(:)
     class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
@@ -294,7 +298,7 @@ contains
   !> Sets modes%residuals to the triangle of find_triangle without its rows of zeros. Collective on all ranks.
   subroutine take_residuals(team, columns, modes, ierr)
     type(team_t), intent(inout) :: team
-    !> [length] rows of this rank
+    !> [length] responses to loads and unit contact forces, then K^-1 times the forces of measure_parts; rows of this rank
     real(rk), contiguous, intent(in) :: columns(:, :)
     type(body_modes_t), intent(inout) :: modes
     PetscErrorCode, intent(out) :: ierr

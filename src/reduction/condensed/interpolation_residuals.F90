@@ -113,6 +113,7 @@ contains
     class(interpolated_data_t), intent(inout) :: data
     !> [length] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
     real(rk), allocatable, intent(out) :: columns(:, :)
+    !> of the supports that the responses were computed with
     type(anchors_t), intent(out) :: anchors
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

@@ -101,6 +101,7 @@ contains
   !> the full-order contact forces. Local. Requires: data%modes.
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
+    !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
     real(rk), allocatable :: forces(:, :), theta(:, :)

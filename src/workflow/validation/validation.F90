@@ -39,8 +39,9 @@ module sig_validation
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution; shape (n_errors,
-    !> n_points)
+    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution. Where the model has
+    !> no answer (method 0), e_lambda_all takes its contact forces as 0; judge_validation counts such a point with a huge error.
+    !> Shape (n_errors, n_points)
     real(rk), allocatable :: errors(:, :)
     !> cluster that the model chooses; this and all that follows has shape (n_points)
     integer, allocatable :: cluster(:)
