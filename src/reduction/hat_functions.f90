@@ -128,6 +128,7 @@ contains
   !> middle node in the changed basis.
   pure function normal_of(rows, row) result(normal)
     type(contact_rows_t), intent(in) :: rows
+    !> number among all contact rows
     integer, intent(in) :: row
     real(rk) :: normal(rows%n_dim)
 
@@ -138,6 +139,7 @@ contains
   !> Adds to hat i_hat, the last one so far, the motions of the owners of other rows that follow it.
   pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
     type(contact_rows_t), intent(in) :: rows
+    !> of the hat, a number among all contact rows
     integer, intent(in) :: row
     !> as in hats_of_rows
     logical, intent(in) :: is_prescribed(:)
@@ -171,6 +173,7 @@ contains
   !> Returns the hats with the given indices, in this order.
   pure function select_hats(hats, indices) result(selected)
     type(hat_set_t), intent(in) :: hats
+    !> 1-based, of `hats`
     integer, intent(in) :: indices(:)
     type(hat_set_t) :: selected
     integer, allocatable :: places(:)
@@ -193,6 +196,7 @@ contains
   !> move with it.
   pure function hat_columns(hats, n_dofs) result(columns)
     type(hat_set_t), intent(in) :: hats
+    !> of the whole mesh
     integer, intent(in) :: n_dofs
     !> [-] shape (n_dofs, n_hats)
     real(rk), allocatable :: columns(:, :)

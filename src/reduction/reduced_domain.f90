@@ -126,6 +126,7 @@ contains
   !> Adds all cells around a node to the domain, and lists the nodes that become interior.
   pure subroutine take_cells_around(mesh, node, growth)
     type(mesh_t), intent(in) :: mesh
+    !> natural
     integer, intent(in) :: node
     type(growth_t), intent(inout) :: growth
     integer, allocatable :: nodes(:)

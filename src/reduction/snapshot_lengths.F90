@@ -38,6 +38,7 @@ contains
     !> [length] from snapshot_lengths
     real(rk), intent(in) :: lengths(:)
     MPI_Comm, intent(in) :: comm
+    !> numbers of the snapshot and of the earlier one, 1-based
     integer, intent(out) :: i_snapshot
     integer, intent(out) :: i_earlier
     PetscErrorCode, intent(out) :: ierr

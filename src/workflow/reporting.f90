@@ -284,6 +284,7 @@ contains
   !> in either model), the statistics are NaN.
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report
+    !> without a slash at its end
     character(*), intent(in) :: key
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics

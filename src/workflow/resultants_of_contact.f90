@@ -75,6 +75,7 @@ contains
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)
     real(rk), intent(in) :: row_areas(:)
+    !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     !> with its last slash
     character(*), intent(in) :: group

@@ -126,6 +126,7 @@ contains
   !> Marks the nodes of boundary i that the deck names. That the mesh has this boundary was checked before.
   subroutine mark_nodes(problem, i, is_marked)
     type(problem_t), intent(in) :: problem
+    !> 1-based in reduction.displacement of the deck
     integer, intent(in) :: i
     !> shape (n_nodes); other marks stay
     logical, intent(inout) :: is_marked(:)

@@ -199,6 +199,7 @@ contains
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
     class(interpolated_data_t), intent(in) :: data
+    !> 1-based among the parts of each body: two moduli of each of its materials
     integer, intent(in) :: i_part
     type(elastic_body_t), intent(out) :: law
     real(rk) :: hooke(n_stresses, n_stresses)

@@ -254,6 +254,7 @@ contains
   pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round
+    !> largest number of interpolation nodes of a body
     integer, intent(in) :: n_most
     integer :: i
 

@@ -107,13 +107,14 @@ contains
     type(joined_body_t), intent(inout) :: joined
     !> value of the variable of each body with has_identity
     real(rk), intent(in) :: places(:)
+    !> 1-based; larger than n_nodes: the places
     integer, intent(in) :: i_node
     !> largest number of nodes of these bodies
     integer, intent(in) :: n_nodes
     class(interpolated_data_t), intent(inout) :: data
     !> [length] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
     real(rk), allocatable, intent(out) :: columns(:, :)
-    !> of the supports that the responses were computed with
+    !> those of the bodies that only contact holds
     type(anchors_t), intent(out) :: anchors
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -146,6 +147,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> as in solve_at
     real(rk), intent(in) :: places(:)
+    !> i_node and n_nodes as in solve_at; `columns` are the responses there
     integer, intent(in) :: i_node
     integer, intent(in) :: n_nodes
     class(interpolated_data_t), intent(in) :: data

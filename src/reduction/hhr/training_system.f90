@@ -147,6 +147,7 @@ contains
 
   !> Appends columns to a matrix.
   pure subroutine append_columns(matrix, columns)
+    !> shape (n, n_columns); afterwards wider
     real(rk), allocatable, intent(inout) :: matrix(:, :)
     real(rk), intent(in) :: columns(:, :)
     real(rk), allocatable :: wider(:, :)

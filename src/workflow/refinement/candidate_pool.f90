@@ -154,6 +154,7 @@ contains
   !> first. Of errors that are equal to 1e-8 relative the lowest number comes first.
   pure function worst_candidates(errors, i_cluster, n_wanted) result(numbers)
     type(pool_errors_t), intent(in) :: errors
+    !> number of the cluster, 1-based
     integer, intent(in) :: i_cluster
     integer, intent(in) :: n_wanted
     !> 1-based; at most n_wanted, fewer if fewer candidates have an error above 0

@@ -39,6 +39,7 @@ contains
 
   !> Returns a round with these values and the statistics of its errors; see refinement_round_t.
   pure function make_round(action, cluster, n_clusters, n_snapshots, worst, errors) result(round)
+    !> these four as in refinement_round_t
     character(*), intent(in) :: action
     integer, intent(in) :: cluster
     integer, intent(in) :: n_clusters

@@ -137,6 +137,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> largest number of interpolation nodes of a body that saves time
     integer, intent(in) :: n_most
+    !> ranks of one group
     integer, intent(in) :: n_ranks
     character(:), allocatable :: reason
 

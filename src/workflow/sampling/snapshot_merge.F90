@@ -57,6 +57,7 @@ contains
   !> itself a component, such as session%folder.
   pure function store_in(folder, name) result(store)
     character(*), intent(in) :: folder
+    !> snapshot_store or candidate_store
     character(*), intent(in) :: name
     type(store_t) :: store
 

@@ -82,6 +82,7 @@ contains
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
     type(selection_t), intent(in) :: selection
+    !> the same on all ranks
     logical, intent(out) :: is_done
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

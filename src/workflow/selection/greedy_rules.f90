@@ -94,6 +94,7 @@ contains
     real(rk), intent(in) :: place(:)
     !> [-] with the sides of the box as unit
     real(rk), intent(in) :: distance
+    !> [-] shape (n_candidates)
     real(rk), intent(inout) :: defects(:)
     !> [-] two points as near as this are one
     real(rk), parameter :: rounding = 1.0e-12_rk

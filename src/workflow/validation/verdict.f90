@@ -104,6 +104,7 @@ contains
 
   pure function row(name, values) result(text)
     character(*), intent(in) :: name
+    !> [-] NaN values are left out
     real(rk), intent(in) :: values(:)
     character(:), allocatable :: text
     type(statistics_t) :: statistics
