@@ -71,7 +71,8 @@ module sig_active_set
 
 contains
 
-  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, levels. If these fail, each `solve` has the reason. Collective.
+  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, its levels. If the levels cannot be made, multigrid fails at the
+  !> first `solve`. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -287,7 +288,7 @@ contains
   subroutine improve(self, system, tolerance, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> [-] relative tolerance of conjugate gradients
+    !> [-] relative tolerance of conjugate gradients; 0 = that of the options. A factor of this matrix solves without it
     real(rk), intent(in) :: tolerance
     !> [-] share that counts as rounding
     real(rk), intent(in) :: noise

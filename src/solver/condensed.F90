@@ -189,7 +189,8 @@ contains
     PetscCall(share_displacements(system, local, states, ierr))
   end subroutine solve_points
 
-  !> Solves the dense problem of each point. Each one starts from the active set of the point before. Local.
+  !> Solves the dense problem of each point. Each one starts from the active set of the last point that was solved; the first one
+  !> from the pairs that overlap without contact forces, or with anchors from all pairs closed. Local.
   subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
     real(rk), intent(in) :: theta(:, :)

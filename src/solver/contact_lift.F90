@@ -171,7 +171,7 @@ contains
     nodes = lift%dofs(lift%starts(k) + n_dim:lift%starts(k + 1):n_dim) / n_dim
   end function moved_nodes
 
-  !> Finds the rows that share a cell: only for these can L' K L differ from zero.
+  !> Finds the rows that share a cell, each row with itself, too: only for these can L' K L differ from zero.
   subroutine find_neighbors(motions, mesh, lift)
     !> lift with its dofs
     type(contact_lift_t), intent(in) :: motions

@@ -207,7 +207,8 @@ contains
   end function first_to_block
 
   !> Returns the current set with only the first of the wanted changes. If this change opens the last pair that holds a body, the
-  !> first open pair that can hold it instead closes. Without such a pair the set stays as it is: there is no equilibrium.
+  !> first open pair that can hold it instead closes. Without such a pair the set stays as it is: there is no equilibrium. It stays,
+  !> too, if no change is wanted.
   !>
   !> This is the criss-cross method: a pair that is no last hold is a pivot on the diagonal, an exchange one on two rows. By least
   !> index it ends for every problem whose matrix is positive semidefinite, also with bodies that contact holds (den Hertog, Roos

@@ -49,8 +49,8 @@ module sig_linear_solver
 
 contains
 
-  !> Copies a matrix and sets the rows and columns of some dofs to zero, except for the diagonal; makes the right-hand side for
-  !> which these dofs take their values. Collective.
+  !> Copies a matrix and sets the rows and columns of some dofs to zero, except for the diagonal (see hold); makes the right-hand
+  !> side for which these dofs take their values. Collective.
   subroutine constrain(system, matrix, dofs, values, forces, constrained, rhs, ierr)
     type(contact_system_t), intent(in) :: system
     !> the matrix to copy, which does not change
@@ -72,8 +72,8 @@ contains
     PetscCall(hold(system, dofs, values, constrained, rhs, ierr))
   end subroutine constrain
 
-  !> Holds dofs at given values: sets their rows and columns of the matrix to zero, except for the diagonal, and adapts the
-  !> right-hand side. The matrix keeps its pattern. Collective.
+  !> Holds dofs at given values: sets their rows and columns of the matrix to zero, except for the diagonal, where the mean of all
+  !> diagonal entries stands then, and adapts the right-hand side. The matrix keeps its pattern. Collective.
   subroutine hold(system, dofs, values, matrix, rhs, ierr)
     type(contact_system_t), intent(in) :: system
     !> held dofs, natural
@@ -108,7 +108,7 @@ contains
     class(linear_solver_t), intent(inout) :: self
     !> symmetric, with blocks of n_dim rows
     Mat, intent(in) :: matrix
-    !> prefix of the PETSc options, with its underscore
+    !> prefix of the PETSc options, such as `fom_`
     character(*), intent(in) :: prefix
     PetscErrorCode, intent(out) :: ierr
     character(kind=c_char) :: message(message_size)
