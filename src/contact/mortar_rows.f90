@@ -54,8 +54,8 @@ module sig_mortar_rows
 
 contains
 
-  !> Appends the mortar rows of one entry of the deck's contact section. If the first surface cannot have them and the second one
-  !> can, formulation auto swaps the sides.
+  !> Appends the mortar rows of one entry of the deck's contact section. If find_conflict has a reason against the rows of the first
+  !> surface and none against those of the second one, the sides are swapped where may_swap allows it.
   !>
   !> Errors: those of open_surfaces and set_initial_gaps; surfaces that have a common node, do not face each other, or overlap
   !> everywhere by more than the longest edge; a reason of find_conflict against every order of the sides that is allowed. Then rows
@@ -190,7 +190,8 @@ contains
     end associate
   end subroutine build_rows
 
-  !> Returns the nodes of the first surface with their normals. If a plane of symmetry holds a node, its normal lies in this plane.
+  !> Returns the nodes of the first surface with their normals. The components of a normal along prescribed dofs become 0 if the rest
+  !> is longer than 0.9, and the normal is then made a unit vector again: at a plane of symmetry it so lies in this plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -229,7 +230,7 @@ contains
     normals(:, sites%first_node) = sites%normal
   end function spread_normals
 
-  !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one.
+  !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one. Their initial gaps are 0.
   pure subroutine keep_sites(has_row, first, sites, n_rows)
     !> whether each site has a row
     logical, intent(in) :: has_row(:)
@@ -271,7 +272,7 @@ contains
     if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
   end subroutine check_common_nodes
 
-  !> Checks the gaps. Errors: every node overlaps by more than the longest edge.
+  !> Checks the gaps. Errors: every row overlaps by more than the longest edge of the first surface.
   pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
     !> [length] gaps of the rows

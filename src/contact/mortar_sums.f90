@@ -8,19 +8,19 @@ module sig_mortar_sums
 
   !> Sums of integrals with the dual function Phi_j of each node j of the first surface.
   type :: mortar_sums_t
-    !> [length**(n_dim - 1)] integral of Phi_j, shape (n_nodes)
+    !> [length**2, length in the plane] integral of Phi_j, shape (n_nodes)
     real(rk), allocatable :: areas(:)
-    !> [length**(n_dim - 1)] integral of max(abs(Phi_j), abs(N_j)), shape (n_nodes)
+    !> [length**2, length in the plane] integral of max(abs(Phi_j), abs(N_j)), shape (n_nodes)
     real(rk), allocatable :: sizes(:)
-    !> [length**n_dim] integral of Phi_j g, shape (n_nodes)
+    !> [length**3, length**2 in the plane] integral of Phi_j g, shape (n_nodes)
     real(rk), allocatable :: gaps(:)
     !> integrals of Phi_j N_l: node j, node l and value of entries 1 to n_shares
     integer :: n_shares = 0
     integer, allocatable :: firsts(:)
     integer, allocatable :: seconds(:)
     real(rk), allocatable :: shares(:)
-    !> [length**(n_dim - 1)] areas of the first surface: all of it; the part that faces the second one; the part that faces it
-    !> beyond the search distance; the part that does not count, because too little of its facet faces the second one
+    !> [length**2, length in the plane] areas of the first surface: all of it; the part that faces the second one; the part that
+    !> faces it beyond the search distance; the part that does not count, because too little of its facet faces the second one
     real(rk) :: whole = 0
     real(rk) :: covered = 0
     real(rk) :: far = 0
@@ -50,7 +50,7 @@ contains
     class(mortar_sums_t), intent(inout) :: self
     !> nodes j of the facet
     integer, intent(in) :: nodes(:)
-    !> [length**n_dim] same shape
+    !> [length**3, length**2 in the plane] same shape
     real(rk), intent(in) :: values(:)
 
     self%gaps(nodes) = self%gaps(nodes) + values
@@ -63,7 +63,7 @@ contains
     integer, intent(in) :: firsts(:)
     !> nodes l of the second surface
     integer, intent(in) :: seconds(:)
-    !> [length**(n_dim - 1)] shape (size(firsts), size(seconds))
+    !> [length**2, length in the plane] shape (size(firsts), size(seconds))
     real(rk), intent(in) :: values(:, :)
     integer :: l
 

@@ -132,7 +132,7 @@ contains
   subroutine find_dual(values, weights, dual, is_singular)
     !> [-] shape functions at the points, shape (n_nodes, n_points)
     real(rk), intent(in) :: values(:, :)
-    !> [length**(n_dim - 1)] shape (n_points)
+    !> [length**2, length in the plane] shape (n_points)
     real(rk), intent(in) :: weights(:)
     !> [-] shape (n_nodes, n_nodes)
     real(rk), allocatable, intent(out) :: dual(:, :)
@@ -191,7 +191,7 @@ contains
     type(facet_shape_t), intent(in) :: shapes(:)
     !> nodes of the facet
     integer, intent(in) :: nodes(:)
-    !> [length**(n_dim - 1)] Phi_j at the points times their weights, shape (size(nodes), n_points)
+    !> [length**2, length in the plane] Phi_j at the points times their weights, shape (size(nodes), n_points)
     real(rk), intent(in) :: duals(:, :)
     type(mortar_side_t), intent(in) :: second
     type(facing_points_t), intent(in) :: points
@@ -218,7 +218,7 @@ contains
     end do
   end subroutine add_shares
 
-  !> Returns the area of a whole facet: [length**(n_dim - 1)], in axisymmetry [length**2] of the full turn.
+  !> Returns the area [length**2, length in the plane] of a whole facet, in axisymmetry of the full turn.
   pure real(rk) function area_of(model, shape, vertices) result(area)
     type(mechanical_model_t), intent(in) :: model
     type(facet_shape_t), intent(in) :: shape

@@ -33,7 +33,7 @@ contains
   !> Returns an area as a percentage of the first surface, at most 100: on curved facets the points of the parts give a slightly
   !> different area than those of the whole.
   pure function percent_text(area, sums) result(text)
-    !> [length**(n_dim - 1)]
+    !> [length**2, length in the plane]
     real(rk), intent(in) :: area
     type(mortar_sums_t), intent(in) :: sums
     character(:), allocatable :: text
@@ -45,7 +45,7 @@ contains
   pure function gap_text(gaps, extent) result(text)
     !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
-    !> [length] length of an edge: gaps far below it are rounding and become 0
+    !> [length] length of an edge: gaps below 1e-9 of it are rounding and become 0
     real(rk), intent(in) :: extent
     character(:), allocatable :: text
     !> [-] of an edge: a smaller gap is rounding

@@ -17,7 +17,7 @@ contains
   !> Creates one row per pair, in the order of the pairs. B B' is diagonal: 2 for a pair and 1 for an obstacle.
   pure subroutine create_node_pair_rows(pairs, areas, n_terms, rows)
     type(node_pairs_t), intent(in) :: pairs
-    !> [length**(n_dim - 1)] shape (n_pairs)
+    !> [length**2, length in the plane] shape (n_pairs)
     real(rk), intent(in) :: areas(:)
     !> number of columns of rows%gap: all terms of the problem
     integer, intent(in) :: n_terms
@@ -50,7 +50,7 @@ contains
     !> entries of the deck
     type(contact_config_t), intent(in) :: contact(:)
     type(node_pairs_t), intent(in) :: pairs
-    !> [length**(n_dim - 1)] shape (n_pairs)
+    !> [length**2, length in the plane] shape (n_pairs)
     real(rk) :: areas(pairs%n_pairs)
     real(rk) :: on_surface(mesh%n_nodes)
     integer :: i_entry, i_group

@@ -27,7 +27,8 @@ module sig_contact_rows
     real(rk), allocatable :: coefficients(:)
     !> [length] D = gap * theta, shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> [length**(n_dim - 1)] area of the row: pressure = multiplier / area; shape (n_rows)
+    !> [length**2, length in the plane] area of the row, in axisymmetry of the full turn: pressure = multiplier / area; shape
+    !> (n_rows)
     real(rk), allocatable :: areas(:)
     !> entry of the deck's contact section that made the row, shape (n_rows)
     integer, allocatable :: contact_entry(:)
@@ -62,7 +63,7 @@ contains
     real(rk), intent(in) :: weights(:, :)
     !> [length] shape (n_rows, n_terms)
     real(rk), intent(in) :: gap(:, :)
-    !> [length**(n_dim - 1)] shape (n_rows)
+    !> [length**2, length in the plane] shape (n_rows)
     real(rk), intent(in) :: areas(:)
     !> entry of the deck's contact section that made each row, shape (n_rows)
     integer, intent(in) :: contact_entry(:)

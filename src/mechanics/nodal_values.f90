@@ -27,7 +27,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
-    !> [length**(n_dim - 1)] zero at nodes without rows; a share, and so an area, may be negative; shape (n_nodes)
+    !> [length**2, length in the plane] zero at nodes without rows; a share, and so an area, may be negative; shape (n_nodes)
     real(rk) :: areas(n_nodes)
     integer :: k
 

@@ -336,7 +336,7 @@ contains
     type(expression_t), intent(in) :: expression
     !> values of the parameters
     real(rk), intent(in) :: point(:)
-    !> [force, if the load is in force/length**(n_dim - 1)] shape (n_dim, n_nodes)
+    !> [unit of the load times length**(n_dim - 1); axisymmetric: times length**2] shape (n_dim, n_nodes)
     real(rk), allocatable, intent(out) :: forces(:, :)
     logical, intent(out) :: is_valid
     real(rk) :: force(3), value
