@@ -102,10 +102,11 @@ typedef struct {
   int n_active;          /* number of these contacts that are closed, that is, carry a force */
   int n_iterations;      /* number of linear solves and pivots */
   int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
-  /* distance to the nearest training point, with each side of the box scaled to 1 */
+  /* Distance to the nearest training point, with each side of the box scaled to 1; NaN where a parameter is NaN. */
   double distance;
   /* Largest violation of the contact conditions of the dense problem that was solved, relative to the terms of its row.
-   * It measures rounding only. The error of the model is in the validation, which the description shows. */
+   * It measures rounding only; DBL_MAX where nothing was solved. The error of the model is in the validation, which the
+   * description shows. */
   double residual;
   /* Number of different solutions of the reduced problem that two starts found; 0 without an answer. With 2 the contact
    * conditions of the reduced problem do not determine the answer, and the contact forces are less reliable. Where the
@@ -116,7 +117,7 @@ typedef struct {
    * contacts, and the norm is that of the energy that they store in the bodies. relative_bound is the bound divided by
    * the size of f, or by a thousandth of the largest size in training where that is larger; a relative bound of at most
    * 1e-12 means an exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound. DBL_MAX: the error may be of any
-   * size. */
+   * size. Without an answer this may be the bound for which the model refused one. */
   double bound;
   double relative_bound;
   /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid

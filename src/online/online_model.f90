@@ -47,7 +47,7 @@ contains
   end subroutine prepare
 
   !> Finds the training point nearest to a point, with each side of the box scaled to 1; of several, the first. Parameters whose
-  !> side of the box has no length do not count.
+  !> side of the box has no length do not count. Where a parameter is NaN, the result is the last training point, at a distance NaN.
   pure subroutine nearest_point(self, point, i_nearest, distance)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
