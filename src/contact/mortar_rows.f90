@@ -190,8 +190,8 @@ contains
     end associate
   end subroutine build_rows
 
-  !> Returns the nodes of the first surface with their normals. The components of a normal along prescribed dofs become 0 if the rest
-  !> is longer than 0.9, and the normal is then made a unit vector again: at a plane of symmetry it so lies in this plane.
+  !> Returns the nodes of the first surface with their normals. The components of a normal along prescribed dofs become 0 if the
+  !> rest is longer than 0.9, and the normal is then made a unit vector again: at a plane of symmetry it so lies in this plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -230,7 +230,8 @@ contains
     normals(:, sites%first_node) = sites%normal
   end function spread_normals
 
-  !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one. Their initial gaps are 0.
+  !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one. Sets their initial gaps
+  !> to 0.
   pure subroutine keep_sites(has_row, first, sites, n_rows)
     !> whether each site has a row
     logical, intent(in) :: has_row(:)
