@@ -46,7 +46,8 @@ contains
     !> number of corners of each facet; 0 = a facet that is curved itself, which gets no heights
     integer, intent(in) :: n_corners(:)
     !> [length] positive outward; shape (size(nodes)): entry offsets(i) + k is that of the edge from corner k of facet i to the next
-    !> one, all others are 0. It is 0, too, where the slope is known at neither end, or the ends bend in opposite directions
+    !> one, all others are 0. It is 0, too, where the ends bend in opposite directions, or where the slope is known at neither end
+    !> and complete_triangle does not find the height
     real(rk), allocatable, intent(out) :: bulges(:)
     type(surface_nodes_t) :: surface
     logical :: is_known(size(nodes))

@@ -316,7 +316,8 @@ contains
     class(rigid_motions_t), intent(in) :: self
     !> 1 to n_common: the translations first, then the rotations
     integer, intent(in) :: i_mode
-    !> [-] a translation is 1 at all nodes; a rotation moves by the distance from the mean of all nodes over the largest extent
+    !> [-] a translation is 1 at all nodes; a rotation is the distance from its axis, through the mean of all nodes, over the
+    !> largest extent of the mesh
     real(rk) :: displacement(size(self%coordinates))
     real(rk) :: center(size(self%coordinates, 1)), modes(size(self%coordinates, 1), self%n_common()), length
     integer :: i_node, n_dim

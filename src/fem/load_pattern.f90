@@ -39,7 +39,7 @@ contains
     if (allocated(self%dofs)) n_entries = size(self%dofs)
   end function n_entries
 
-  !> Returns the number of terms that have entries.
+  !> Returns the number of different terms that have entries.
   pure integer function n_terms(self)
     class(load_pattern_t), intent(in) :: self
     logical, allocatable :: has_entries(:)
@@ -97,7 +97,8 @@ contains
     self%values = [self%values, values]
   end subroutine append
 
-  !> Returns the nodal forces F(mu). A force that is rounding compared with the largest of part_sizes is set to zero.
+  !> Returns the nodal forces F(mu). A force of at most 16 times the machine epsilon times the largest of part_sizes is rounding,
+  !> and is set to zero.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
     !> [-] shape (n_terms)

@@ -124,7 +124,7 @@ contains
   end subroutine facet_box
 
   !> Returns facet_inside, facet_outside or facet_cut for the box of a facet (facet_box). A facet that only touches the window, with
-  !> no area inside, is outside.
+  !> no area inside, is outside. So is every facet if the minimum of the window is larger than its maximum.
   !>
   !> Where the window does not cut facets (is_cut is false), a facet is inside if its box is inside up to rounding, and else
   !> outside.
