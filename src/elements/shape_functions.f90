@@ -55,8 +55,8 @@ contains
   end subroutine create_shape_table
 
   !> Computes shape_table_t%to_nodes for a quadratic element: a field of the linear element of the same shape is fitted to the
-  !> values at the points by least squares. There are no factors for linear elements, or with fewer points than corners. Source: E.
-  !> Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
+  !> values at the points by least squares with these weights. There are no factors for linear elements, or with fewer points than
+  !> corners. Source: E. Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
   pure subroutine extrapolate(i_type, points, weights, to_nodes)
     integer, intent(in) :: i_type
     real(rk), intent(in) :: points(:, :)

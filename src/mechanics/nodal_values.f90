@@ -117,7 +117,8 @@ contains
     is_closed = multipliers > least_force(multipliers)
   end function closed_rows
 
-  !> Returns the status of each node by its own row: status_open or status_closed for owners, status_none for all other nodes.
+  !> Returns the status of each node by its own row: status_open (1) or status_closed (2) for owners, status_none (0) for all other
+  !> nodes.
   pure function nodal_status(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
     !> result of closed_rows, shape (n_rows)
@@ -129,8 +130,8 @@ contains
     status(rows%owners()) = merge(status_closed, status_open, is_closed)
   end function nodal_status
 
-  !> Returns the status of each node by all rows that contain it: status_closed if one of them is closed, else status_open;
-  !> status_none without rows.
+  !> Returns the status of each node by all rows that contain it: status_closed (2) if one of them is closed, else status_open (1);
+  !> status_none (0) without rows.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
     !> result of closed_rows, shape (n_rows)
@@ -147,8 +148,8 @@ contains
     end do
   end function nodal_contact
 
-  !> Returns the status of each cell from that of its nodes: open, closed, or status_partly if it has open and closed nodes. Nodes
-  !> with status_none do not count; a cell with no others has status_none.
+  !> Returns the status of each cell from that of its nodes: status_open (1), status_closed (2), or status_partly (3) if it has open
+  !> and closed nodes. Nodes with status_none (0) do not count; a cell with no others has status_none.
   pure function cell_contact(of_nodes, starts, nodes) result(status)
     !> status of each node, by nodal_contact
     integer, intent(in) :: of_nodes(:)

@@ -123,7 +123,7 @@ contains
     upper = upper + bulge
   end subroutine facet_box
 
-  !> Returns facet_inside, facet_outside or facet_cut for the box of a facet (facet_box). A facet that only touches the window, with
+  !> Returns facet_outside (0), facet_cut (1) or facet_inside (2) for the box of a facet. A facet that only touches the window, with
   !> no area inside, is outside. So is every facet if the minimum of the window is larger than its maximum.
   !>
   !> Where the window does not cut facets (is_cut is false), a facet is inside if its box is inside up to rounding, and else
