@@ -43,6 +43,7 @@ module sig_reduced_interpolated
     procedure :: displacement_of_dof
     procedure :: n_modes
     procedure :: describe
+    procedure, private :: rounding
     procedure :: can_certify
     procedure :: certify
     procedure :: energy
@@ -64,8 +65,8 @@ module sig_reduced_interpolated
     real(rk) :: field_size = 0
   end type interpolated_room_t
 
-  !> [-] rounding error of the factorizations, relative to the size of the answer
-  real(rk), parameter :: rounding = 1.0e-10_rk
+  !> [-] smallest rounding error of the factorizations, relative to the size of the answer
+  real(rk), parameter :: least_rounding = 1.0e-10_rk
 
 contains
 
@@ -167,7 +168,7 @@ contains
     call reduce_cholesky(size(self%free_rows), self%middle_factor, rho)
     size_of_field = comparable_size(room%field_size, self%largest_field)
     call answer%take_displacement_bound(2 * room%residual + sqrt(stiffest) * norm2(rho(:size(self%free_rows))) + &
-      rounding * size_of_field, size_of_field)
+      self%rounding() * size_of_field, size_of_field)
   end subroutine bound_displacement
 
   !> Computes the displacement [length] of all dofs; it is NaN for dofs of which the model has none.
@@ -195,6 +196,20 @@ contains
     n_modes = n_modes_of(self)
   end function n_modes
 
+  !> Returns the rounding error [-] that bounds allow for, relative to the size of the answer. If the responses of all bodies are
+  !> exact, the error that was measured at the training points is rounding, and it counts where it is larger than least_rounding:
+  !> a body that few contacts hold loses digits.
+  pure real(rk) function rounding(self)
+    class(reduced_interpolated_t), intent(in) :: self
+    integer :: i
+
+    rounding = least_rounding
+    do i = 1, size(self%bodies)
+      if (size(self%bodies(i)%numerators) > 0) return
+    end do
+    rounding = max(rounding, self%measured_error)
+  end function rounding
+
   !> Whether the responses of each body are exact or have a bound of their interpolation error.
   pure logical function can_certify(self)
     class(reduced_interpolated_t), intent(in) :: self
@@ -219,13 +234,13 @@ contains
       return
     end if
     size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%largest_size)
-    bound = self%bound(answer%theta, answer%unknowns) + rounding * size_of_answer
+    bound = self%bound(answer%theta, answer%unknowns) + self%rounding() * size_of_answer
     call answer%take_bound(bound, size_of_answer)
     if (.not. self%has_modes()) return
     select type (room)
     type is (interpolated_room_t)
       size_of_answer = comparable_size(room%field_size, self%largest_field)
-      call answer%take_displacement_bound(bound + room%residual + rounding * size_of_answer, size_of_answer)
+      call answer%take_displacement_bound(bound + room%residual + self%rounding() * size_of_answer, size_of_answer)
     end select
   end subroutine certify
 
@@ -244,7 +259,7 @@ contains
       call multiply(1.0_rk, room%compliance, multipliers, 1.0_rk, room%opening)
       size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%largest_size)
       call answer%take_bound(bound_foreign_forces(self, answer%theta, multipliers, room%compliance, room%opening, &
-        rounding * size_of_answer), size_of_answer)
+        self%rounding() * size_of_answer), size_of_answer)
     end select
   end subroutine certify_foreign
 
