@@ -5,7 +5,7 @@ module sig_statistics
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: statistics_t, summarize, measured_statistics
+  public :: statistics_t, summarize, measured_statistics, sort
 
   !> Statistics of values; p95 is the 95 % quantile.
   type :: statistics_t
@@ -72,7 +72,7 @@ contains
     is_no_number = .not. (value >= -huge(value) .or. value < -huge(value))
   end function is_no_number
 
-  !> Sorts by Shell's method: the lists are short, and no other part of the code sorts reals.
+  !> Sorts numbers, ascending, by Shell's method.
   pure subroutine sort(values)
     real(rk), intent(inout) :: values(:)
     real(rk) :: value

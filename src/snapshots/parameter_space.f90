@@ -5,12 +5,14 @@ module sig_parameter_space
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_log, only: log_warning
   use sig_point_list, only: read_points
   use sig_sobol, only: sobol_points
-  use sig_text, only: join, short_number, string_t
+  use sig_statistics, only: sort
+  use sig_text, only: counted, join, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: build_points, format_point
+  public :: build_points, format_point, point_index
 
   !> digits that are enough to tell points apart; more would show the rounding of grid values
   integer, parameter :: point_digits = 10
@@ -50,7 +52,65 @@ contains
     end do
     call read_points(point_set%path, names, points, error, transpose(reshape([parameters%minimum, parameters%maximum], &
       [size(parameters), 2])))
+    if (.not. allocated(error)) call drop_repeats(point_set%path, points)
   end subroutine build_points
+
+  !> Leaves each point in the list once, with a warning.
+  subroutine drop_repeats(path, points)
+    character(*), intent(in) :: path
+    real(rk), allocatable, intent(inout) :: points(:, :)
+    integer :: n_listed
+
+    n_listed = size(points, 2)
+    points = without_repeats(points)
+    if (size(points, 2) < n_listed) call log_warning(path // ' lists ' // counted(n_listed, 'point') // &
+      '; left out, because they repeat others: ' // to_text(n_listed - size(points, 2)))
+  end subroutine drop_repeats
+
+  !> Returns the number of the point that equals the given one except for rounding (1e-12 relative), 0 if there is none.
+  pure integer function point_index(points, point, i_before) result(i_point)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), intent(in) :: point(:)
+    !> the search starts behind this number and goes on at the first point: records come nearly in the order of the points
+    integer, intent(in) :: i_before
+    !> a point that went through a text file loses a few of its last bits
+    real(rk), parameter :: relative_tolerance = 1.0e-12_rk
+    integer :: i
+
+    do i = 0, size(points, 2) - 1
+      i_point = modulo(i_before + i, size(points, 2)) + 1
+      if (all(abs(points(:, i_point) - point) <= relative_tolerance * max(abs(points(:, i_point)), abs(point)))) return
+    end do
+    i_point = 0
+  end function point_index
+
+  !> Returns the points without those that equal an earlier one (point_index), in their order.
+  pure function without_repeats(points) result(kept)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    real(rk), allocatable :: kept(:, :)
+    ! equal points have nearly equal keys; sorted keys show at once that there are none
+    real(rk) :: weights(size(points, 1)), keys(size(points, 2)), sorted(size(points, 2)), tolerance
+    logical :: is_kept(size(points, 2))
+    integer :: i, j
+
+    weights = [(sqrt(real(i + 1, rk)), i=1, size(weights))] / max(maxval(abs(points), dim=2), tiny(1.0_rk))
+    keys = matmul(weights, points)
+    tolerance = 1.0e-11_rk * sum(sqrt(real([(i + 1, i=1, size(weights))], rk)))
+    sorted = keys
+    call sort(sorted)
+    is_kept = .true.
+    if (any(sorted(2:) - sorted(:size(sorted) - 1) <= tolerance)) then
+      do i = 2, size(keys)
+        do j = 1, i - 1
+          if (abs(keys(i) - keys(j)) > tolerance .or. .not. is_kept(j)) cycle
+          if (point_index(points(:, j:j), points(:, i), 0) > 0) is_kept(i) = .false.
+        end do
+      end do
+    end if
+    kept = points(:, pack([(i, i=1, size(keys))], is_kept))
+  end function without_repeats
 
   !> Maps points from the unit cube into the box of the parameters.
   pure function in_box(fractions, parameters) result(points)

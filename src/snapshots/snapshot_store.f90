@@ -7,13 +7,13 @@ module sig_snapshot_store
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: column_t, h5_writer_t
   use sig_kinds, only: rk
-  use sig_parameter_space, only: format_point
+  use sig_parameter_space, only: format_point, point_index
   use sig_snapshot_shard, only: move_record, n_residuals, snapshot_record_t
   use sig_text, only: string_t
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: snapshot_set_t, all_points, columns_of, point_index
+  public :: snapshot_set_t, all_points, columns_of
   public :: pick_records, read_snapshot_set, records_of_set, write_snapshots
 
   character(*), parameter :: format_name = 'signorom snapshots'
@@ -180,24 +180,6 @@ contains
     end do
     all = all(:, :n)
   end function all_points
-
-  !> Returns the number of the point that equals the given one except for rounding (1e-12 relative), 0 if there is none.
-  pure integer function point_index(points, point, i_before) result(i_point)
-    !> shape (n_parameters, n_points)
-    real(rk), intent(in) :: points(:, :)
-    real(rk), intent(in) :: point(:)
-    !> the search starts behind this number and goes on at the first point: records come nearly in the order of the points
-    integer, intent(in) :: i_before
-    !> a point that went through a text file loses a few of its last bits
-    real(rk), parameter :: relative_tolerance = 1.0e-12_rk
-    integer :: i
-
-    do i = 0, size(points, 2) - 1
-      i_point = modulo(i_before + i, size(points, 2)) + 1
-      if (all(abs(points(:, i_point) - point) <= relative_tolerance * max(abs(points(:, i_point)), abs(point)))) return
-    end do
-    i_point = 0
-  end function point_index
 
   !> Writes snapshots.h5 from records, with a seal. h5py shows the snapshots as rows: displacement has shape (m, n_dofs).
   !>

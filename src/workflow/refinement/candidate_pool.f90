@@ -14,7 +14,8 @@ module sig_candidate_pool
   use sig_query, only: query_t
   use sig_random_numbers, only: random_t
   use sig_reasons, only: reason_converged
-  use sig_snapshot_store, only: point_index, snapshot_set_t
+  use sig_parameter_space, only: point_index
+  use sig_snapshot_store, only: snapshot_set_t
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
