@@ -15,8 +15,9 @@ contains
 
   !> Returns a few contact rows to add to a domain, so that each snapshot with contact forces has a noticeable force on some row of
   !> the domain: at least 1 % of the largest force of this snapshot. The rows are chosen one after the other. Each is the row with
-  !> the largest sum of forces, relative to the largest force of their snapshot, over the snapshots that still have no such row; of
-  !> nearly equal rows it is the first. The result is in the order of the choice, and empty where nothing is missing.
+  !> the largest sum of forces, relative to the largest force of their snapshot, over the snapshots that still have no such row,
+  !> among the rows with a noticeable force in one of these; of nearly equal rows it is the first. The result is in the order of the
+  !> choice, and empty where nothing is missing.
   pure function missing_rows(multipliers, domain_rows) result(rows)
     !> [force] shape (n_rows, n_snapshots)
     real(rk), intent(in) :: multipliers(:, :)
@@ -25,7 +26,7 @@ contains
     !> 1-based
     integer, allocatable :: rows(:)
     real(rk) :: shares(size(multipliers, 1), size(multipliers, 2))
-    logical :: is_seen(size(multipliers, 2))
+    logical :: is_seen(size(multipliers, 2)), helps(size(multipliers, 1))
     integer :: i
 
     allocate (rows(0))
@@ -34,8 +35,10 @@ contains
       is_seen(i) = .not. any(multipliers(:, i) > 0) .or. any(shares(domain_rows, i) >= noticeable)
     end do
     do while (.not. all(is_seen))
+      ! many small forces may make the largest sum, and yet be noticeable in no snapshot
+      helps = any(shares >= noticeable .and. spread(.not. is_seen, 1, size(shares, 1)), dim=2)
       associate (loads => sum(shares, dim=2, mask=spread(.not. is_seen, 1, size(shares, 1))))
-        i = first_largest(loads)
+        i = first_largest(merge(loads, 0.0_rk, helps))
       end associate
       rows = [rows, i]
       is_seen = is_seen .or. shares(i, :) >= noticeable

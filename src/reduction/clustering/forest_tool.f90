@@ -107,7 +107,7 @@ contains
     word = ''''
     do i = 1, len(text)
       if (text(i:i) == '''') then
-        word = word // '''\'''
+        word = word // '''\'''''
       else
         word = word // text(i:i)
       end if

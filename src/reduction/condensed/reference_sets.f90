@@ -57,7 +57,8 @@ contains
     n = size(data%compliance, 1)
     sets = unpack_columns(data%start_sets, n)
     candidates = distinct_columns(data%start_sets)
-    n_references = min(most_references, size(candidates), int(max_size / (number_size * real(n, rk)**2)))
+    ! the real numbers are compared first: a quotient may be larger than any integer
+    n_references = int(min(real(min(most_references, size(candidates)), rk), max_size / (number_size * real(n, rk)**2)))
     allocate (data%reference_points(0), data%reference_of_point(0))
     if (n_references < 1) return
     candidates = candidates([(1 + (i - 1) * (1 + (size(candidates) - 1) / most_candidates), &

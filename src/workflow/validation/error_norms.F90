@@ -108,8 +108,8 @@ contains
     PetscCall(measure_strain_energies(system, fields(:, :n) - fields(:, n + 1:), wrong, ierr))
     PetscCall(measure_strain_energies(system, fields(:, n + 1:), whole, ierr))
     do i = 1, n
-      errors(i)%field = sqrt(2 * wrong(i))
-      errors(i)%field_relative = relative(errors(i)%field, sqrt(2 * whole(i)))
+      errors(i)%field = sqrt(2 * max(wrong(i), 0.0_rk))
+      errors(i)%field_relative = relative(errors(i)%field, sqrt(2 * max(whole(i), 0.0_rk)))
     end do
   end subroutine measure_fields
 
