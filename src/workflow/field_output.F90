@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> Fields at the deck's output points for ParaView and the figures: full-order ones, and reduced ones where there is a model.
 module sig_field_output
-  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
   use sig_clock, only: wall_time
   use sig_contact_state, only: contact_state_t
@@ -14,11 +14,13 @@ module sig_field_output
   use sig_field_writer, only: field_writer_t
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
+  use sig_log, only: log_warning
   use sig_model, only: model_t
   use sig_model_header, only: fill_model_header
   use sig_online_model, only: online_model_t
   use sig_problem, only: problem_t
   use sig_query, only: query_t
+  use sig_reasons, only: reason_text
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_rooms, only: rooms_t
   use sig_solver_options, only: refuse_unused_options
@@ -199,6 +201,11 @@ contains
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
     call reconstruct_multipliers(online, answer, rooms, multipliers)
+    if (answer%reason <= 0) then
+      call log_warning('the reduced model has no answer at one of the output points (' // reason_text(answer%reason) // &
+        '); its fields have no numbers there')
+      multipliers = ieee_value(multipliers, ieee_quiet_nan)
+    end if
     has_cell = 0
     has_row = 0
     has_cell(online%model%parts(answer%cluster)%reduced%cells()) = 1
