@@ -67,11 +67,11 @@ contains
     real(rk), intent(in) :: values(:, :)
     integer :: l
 
-    if (self%n_shares + size(values) > size(self%shares)) then
+    do while (self%n_shares + size(values) > size(self%shares))
       self%firsts = [self%firsts, self%firsts]
       self%seconds = [self%seconds, self%seconds]
       self%shares = [self%shares, self%shares]
-    end if
+    end do
     do l = 1, size(seconds)
       associate (from => self%n_shares + 1, to => self%n_shares + size(firsts))
         self%firsts(from:to) = firsts
