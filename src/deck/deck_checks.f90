@@ -15,10 +15,12 @@ module sig_deck_checks
   private
   public :: check_deck
 
-  !> names that no parameter may have: coordinates in expressions (now or later), columns of validation.csv, true and false
-  character(*), parameter :: reserved_names(19) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
+  !> names that no parameter may have: coordinates in expressions (now or later), columns of the tables that have the parameters as
+  !> columns, outputs of an FMU, true and false
+  character(*), parameter :: reserved_names(31) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
-    'e_u_energy_relative', 'n_active', 'n_active_full_order', 'true', 'false']
+    'e_u_energy_relative', 'n_active', 'n_active_full_order', 'full_order', 'n_solutions', 'error_bound', 'displacement_bound', &
+    'status', 'next_cluster', 'contact_force', 'order', 'indicator', 'error_u', 'error_lambda', 'is_inside_box', 'true', 'false']
 
 contains
 

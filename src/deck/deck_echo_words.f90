@@ -62,11 +62,22 @@ contains
     if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
     ! words that YAML (here or in another reader) does not read as a text
     select case (lower(text))
-    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n')
+    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n', '.nan', '.inf', '-.inf')
       is_plain = .false.
     case default
       call read_real(text, number, is_number)
-      is_plain = .not. is_number
+      is_plain = .not. (is_number .or. is_other_number(text))
     end select
   end function is_plain
+
+  !> Whether readers of YAML may take the text for a date, 2026-11-23, or for a number such as 0x1f, 0o17 or 1_000.
+  pure logical function is_other_number(text)
+    character(*), intent(in) :: text
+    character(*), parameter :: digits = '0123456789'
+
+    is_other_number = verify(text, digits // '_.') == 0
+    if (len(text) > 2) is_other_number = is_other_number .or. any(text(:2) == ['0x', '0o', '0b'])
+    if (len(text) > 5) is_other_number = is_other_number .or. &
+      (verify(text(:4), digits) == 0 .and. text(5:5) == '-' .and. verify(text, digits // '-') == 0)
+  end function is_other_number
 end module sig_deck_echo_words
