@@ -153,6 +153,8 @@ contains
     integer :: i
 
     text = ''
+    if (size(points, 2) == 0) text = 'touches no named region'
+    if (size(points, 2) == 0) return
     do i = 1, size(points, 1)
       if (i > 1) text = text // ', '
       text = text // axis_names(i:i) // ' ' // short_number(minval(points(i, :))) // ' to ' // short_number(maxval(points(i, :)))

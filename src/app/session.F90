@@ -158,7 +158,8 @@ contains
 
     PetscCall(self%full_order%destroy(ierr))
     call unlock_directory(self%lock)
-    if (self%exit_code == exit_user) return
+    ! a run that ended early has not come to all options
+    if (self%exit_code == exit_user .or. self%exit_code == exit_stopped) return
     PetscCall(unused_petsc_options(options, ierr))
     do i = 1, size(options)
       if (is_for_another_command(options(i)%text, command, self%deck%solver%type)) cycle

@@ -46,7 +46,9 @@ contains
       call make_error(error, 'a newer version of the program wrote the file; this version cannot read it', file=path, &
         hint='use the version that wrote it, or a newer one')
     case (other_length)
-      if (n_found < n_sealed) then
+      if (n_sealed == 0) then
+        call make_error(error, 'the file is cut off: it ends within its head', file=path, hint=again)
+      else if (n_found < n_sealed) then
         call make_error(error, 'the file is cut off: ' // to_text(n_found) // ' of ' // to_text(n_sealed) // ' bytes are there', &
           file=path, hint=again)
       else
