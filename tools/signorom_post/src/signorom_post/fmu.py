@@ -85,8 +85,11 @@ def identifier(text: str) -> str:
 def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
     """Returns the positions, from 0, of the nodes `tags` (numbers of the mesh file) in the model's list of nodes.
 
-    InputError, with `path` as the file, if a node is unknown or has no displacement.
+    InputError, with `path` as the file, if a node is unknown, has no displacement or is named twice.
     """
+    repeated = {tag for tag in tags if tags.count(tag) > 1}
+    if repeated:
+        raise InputError(path, f"the node {min(repeated)} is named more than once")
     all_tags, sources = model.nodes[0], model.displacement_sources
     places = []
     for tag in tags:

@@ -55,7 +55,7 @@ def read_variants(path: Path) -> dict[str, dict[str, Any]]:
             path, "this needs two keys: 'deck', a file, and 'models', each with sections of its own"
         )
     base_path = path.parent / str(file["deck"])
-    base = _with_whole_paths(read_sections(base_path, "deck"), base_path.parent)
+    base = read_sections(base_path, "deck")
     decks = {}
     for name, changes in file["models"].items():
         if not NAME.fullmatch(str(name)):
@@ -63,20 +63,23 @@ def read_variants(path: Path) -> dict[str, dict[str, Any]]:
         if not isinstance(changes, dict):
             raise InputError(path, f"the model '{name}' needs sections of a deck; {{}}: the deck as it is")
         deck = base | changes | {"output": {"directory": "."}}
-        decks[str(name)] = {section: value for section, value in deck.items() if value is not None}
+        kept = {section: value for section, value in deck.items() if value is not None}
+        decks[str(name)] = _with_whole_paths(kept, base_path.parent)
     return decks
 
 
-def _with_whole_paths(deck: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Returns the deck with absolute paths of the files of mesh, training and test, so that it can be moved.
-
-    The given deck is changed. Files that stand deeper in the deck, such as those of fields, keep their paths.
-    """
-    for section in ("mesh", "training", "test"):
-        values = deck.get(section)
-        if isinstance(values, dict) and "file" in values:
-            deck[section] = values | {"file": str((folder / str(values["file"])).resolve())}
-    return deck
+def _with_whole_paths(part: Any, folder: Path) -> Any:
+    """Returns a part of a deck with absolute paths, so that it can be moved: all keys `file`, relative to `folder`."""
+    if isinstance(part, list):
+        return [_with_whole_paths(entry, folder) for entry in part]
+    if not isinstance(part, dict):
+        return part
+    return {
+        key: str((folder / value).resolve())
+        if key == "file" and isinstance(value, str)
+        else _with_whole_paths(value, folder)
+        for key, value in part.items()
+    }
 
 
 def _run(program: Path, folder: Path, advance: Callable[[str], None]) -> None:

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Pictures of bodies that VTK draws without a screen."""
 
+import errno
 from pathlib import Path
 
 import matplotlib as mpl
@@ -228,3 +229,6 @@ def _write(renderer: "vtk.vtkRenderer", path: Path) -> None:
     writer.SetInputConnection(picture.GetOutputPort())
     writer.Write()
     window.Finalize()
+    # VTK itself only prints
+    if writer.GetErrorCode():
+        raise OSError(errno.EIO, "VTK could not write the picture", str(path))
