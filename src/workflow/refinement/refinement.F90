@@ -94,8 +94,8 @@ contains
       PetscCall(raise_number(problem, candidates, fallback, best, outcome, error, ierr))
     end if
     if (allocated(error) .or. outcome%is_stopped) return
-    if (allocated(best%model%choice%forest%shares) .and. outcome%best_round < size(outcome%rounds) - 1) then
-      ! its files are those of a later round
+    if (allocated(best%model%choice%forest%shares)) then
+      ! the files may be those of a later round, or of a division that was given up
       PetscCall(restore_forest(problem%deck, best%snapshots, best%division, error, ierr))
       if (allocated(error)) return
     end if
