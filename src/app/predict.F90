@@ -238,8 +238,8 @@ contains
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields
 
-    if (fields%n_left_out > 0) call log_warning(counted(fields%n_left_out, 'point') // &
-      ' without an answer, or without elastic constants, have no fields')
+    if (fields%n_left_out > 0) call log_warning('no fields for ' // counted(fields%n_left_out, 'point') // &
+      ': there is no answer, or an elastic constant or an imposed strain is not finite')
     call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // fields_folder(command%file, command%output) // &
       '/fields.xdmf')
   end subroutine report_fields

@@ -317,8 +317,8 @@ contains
     if (.not. is_valid) value = 0
   end subroutine read_integer
 
-  !> Whether the text is a sign, digits with at most one point, and an exponent; at least one digit stands before the exponent and
-  !> one in it.
+  !> Whether the text is digits with at most one point, after an optional sign and before an optional exponent: e or E, an optional
+  !> sign, digits. At least one digit stands before the exponent. Blanks are not allowed.
   pure logical function is_decimal(word)
     character(*), intent(in) :: word
     character(*), parameter :: digits = '0123456789'

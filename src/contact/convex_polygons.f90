@@ -54,8 +54,8 @@ contains
     place = sum(polygon%corners(:, :polygon%n), dim=2) / polygon%n
   end function centroid_of
 
-  !> Returns the intersection of two polygons; it has no corners if it is empty. Method: I. E. Sutherland, G. W. Hodgman,
-  !> Communications of the ACM 17 (1974) 32.
+  !> Returns the intersection of two convex polygons with corners counter-clockwise (polygon_of); it has no corners if it is empty
+  !> or they only touch. Method: I. E. Sutherland, G. W. Hodgman, Communications of the ACM 17 (1974) 32.
   pure type(polygon_t) function common_part(one, other) result(part)
     type(polygon_t), intent(in) :: one, other
     integer :: i

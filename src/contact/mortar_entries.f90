@@ -78,13 +78,16 @@ contains
     if (first%ends(1, owner) > 0) weights = [owner_weight, end_weight, end_weight]
   end function first_weights
 
-  !> Returns D of each row by terms. Gaps of rows stay as they are, as term 1. Values at nodes are transformed as displacements g n
-  !> are, so that D = n_j . integral Phi_j g n / integral Phi_j for every g n that the shape functions can follow.
+  !> Returns D of each row by terms. Without is_nodal_gap the gaps of the sites are those of their rows, and become term 1. With it
+  !> they are values g at nodes, in all terms, and change to the basis of the file's head as displacements g n do. Then
+  !> D = n_j . integral Phi_j g n / integral Phi_j for every g n that the shape functions can follow.
   function gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms) result(gap)
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows
     type(mortar_side_t), intent(in) :: first
+    !> whether the gaps of the sites are values at their nodes, and not those of their rows
     logical, intent(in) :: is_nodal_gap
+    !> number of terms of the gaps
     integer, intent(in) :: n_terms
     !> [length]
     real(rk) :: gap(n_rows, n_terms)

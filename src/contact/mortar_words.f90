@@ -41,11 +41,11 @@ contains
     text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
-  !> Returns a text such as `, gaps of 0.0 to 0.02`.
+  !> Returns the smallest and the largest gap as a text such as `, gaps of 0.0 to 0.02`, also if both are equal. Requires: one gap.
   pure function gap_text(gaps, extent) result(text)
     !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
-    !> [length] length of an edge: gaps below 1e-9 of it are rounding and become 0
+    !> [length] longest edge of the first surface: an end of the range whose size is below 1e-9 of it is rounding and becomes 0
     real(rk), intent(in) :: extent
     character(:), allocatable :: text
     !> [-] of an edge: a smaller gap is rounding

@@ -196,7 +196,7 @@ contains
       '; it must be less than pod_tolerance, ' // to_text(reduction%pod_tolerance))
     if (reduction%enrichment%max_condition_number < 1) call tree%report_at('reduction.enrichment.max_condition_number', 'is ' // &
       to_text(reduction%enrichment%max_condition_number) // '; it must be at least 1', &
-      'at 1 every contact pair of the domain gets a hat function')
+      'with type: greedy, 1 gives a hat function to every contact pair of the domain, up to max_hats')
   end subroutine check_reduction
 
   subroutine check_tolerance(tree, path, tolerance)

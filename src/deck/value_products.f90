@@ -110,8 +110,8 @@ contains
     end if
   end subroutine append_factor
 
-  !> Returns the operators + - * / between operands outside of parentheses, at their positions in the text, with blanks elsewhere.
-  !> All are blank if an operator of lower precedence occurs outside of parentheses.
+  !> Returns the operators + - * / outside of parentheses, at their positions in the text, with blanks elsewhere. Signs of operands
+  !> and of exponents (1e-3) do not count. All are blank if one of < > = ! & | ? : , stands outside of parentheses.
   pure function find_operators(text) result(operators)
     character(*), intent(in) :: text
     character(len(text)) :: operators

@@ -127,8 +127,9 @@ contains
       if (zone%has_maximum) is_inside = is_inside .and. place <= zone%maximum + margin
     end associate
     nodes = pack(all_nodes, is_inside)
-    if (size(nodes) == 0) call make_error(error, 'no node of ''' // zone%boundary%text // ''' lies in the window of this zone', &
-      deck_path, zone%boundary%line, zone%boundary%column)
+    if (size(nodes) == 0) call make_error(error, 'no node of ''' // zone%boundary%text // ''' lies in the window of ' // &
+      'this entry of reduction.zones_of_interest', deck_path, zone%boundary%line, zone%boundary%column, &
+      hint='take a larger window, or none for the whole boundary')
   end subroutine nodes_of_zone
 
   !> Finds the index in mesh%groups of a named surface, a group of facets; 0 on an error. Errors: as nodes_of_boundary, and a name

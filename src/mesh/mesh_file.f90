@@ -73,7 +73,8 @@ contains
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
 
-  !> Makes the error of a file that the C functions refused, with their message and its line; line 0 in a binary file.
+  !> Makes the error of a file that the C functions refused, with their message and its line. The line is 0 in a binary file, and
+  !> for a fault without a place.
   subroutine report_invalid(handle, path, error)
     !> of sig_gmsh_read or sig_gmsh_read_fields, which returned gmsh_invalid
     type(c_ptr), intent(in) :: handle

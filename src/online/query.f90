@@ -141,7 +141,9 @@ contains
     if (chosen%reason <= 0) chosen = answer
   end subroutine choose_answer
 
-  !> Answers by the cluster, or by the fallback where the cluster has no answer or its certificate exceeds the model's limit.
+  !> Answers by the cluster answer%cluster, or by the fallback where the cluster has no answer or its certificate exceeds the
+  !> model's limit. Without a fallback such a point has no answer: answer%reason is the cluster's, or reason_large_bound. Requires:
+  !> answer%start was called, and answer%theta is set.
   subroutine answer_at(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in), target :: online

@@ -121,7 +121,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call make_error(error, 'the file of the finished points was removed or moved while the run wrote it', file=path, &
-      hint='without it the same command starts from the beginning; put the results folder back if it was moved')
+      hint='without it the same command solves its points again; put the file or the results folder back if it was moved')
   end subroutine make_gone_error
 
   !> Reads the records of a shard before the first damaged one, in the order in which they were written. The file does not change.

@@ -346,7 +346,8 @@ contains
     end do
   end subroutine refuse_no_numbers
 
-  !> Reads the provenance. Errors: the snapshots are of another deck or mesh.
+  !> Sets set%provenance from the file. Errors: it is missing, or differs from `provenance` (blank accepts any), that is, the
+  !> snapshots are of another deck or mesh.
   subroutine read_head(file, path, provenance, set, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path

@@ -218,17 +218,18 @@ contains
     if (position > 0) text(position:) = ''
   end subroutine cut_at_null
 
-  !> Returns the message for an error code of sig_expression_create.
+  !> Returns the message for an error code of sig_expression_create, which gave position, token and sentence.
   pure function explain(text, names, code, position, token, sentence) result(message)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
     integer(c_int), intent(in) :: code
-    !> 0-based, negative = unknown
+    !> 0-based, negative = unknown; the message counts from 1
     integer(c_int), intent(in) :: position
+    !> the name that is unknown or not allowed
     character(*), intent(in) :: token
+    !> the parser's message; used for errors of syntax only
     character(*), intent(in) :: sentence
     character(:), allocatable :: message
-
     character(:), allocatable :: place
 
     place = ''

@@ -210,9 +210,9 @@ contains
     has_row = 0
     has_cell(online%model%parts(answer%cluster)%reduced%cells()) = 1
     has_row(online%model%parts(answer%cluster)%reduced%contact_rows()) = 1
-    call writer%file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain that answers')
+    call writer%file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain of the chosen cluster')
     call writer%file%add_array('rows_in_reduced_domain', has_row, '-', &
-      'contact row of the reduced integration domain that answers')
+      'contact row of the reduced integration domain of the chosen cluster')
     call write_displacement(problem, displacement, writer)
     call writer%file%add_node_field('displacement_reduced_source', displacement_sources(online%model, answer), '-', &
       'where it comes from: 0 there is none, 1 modes, 2 exact')

@@ -148,7 +148,9 @@ contains
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
-  !> Appends to data%bodies(i_body) the part of the responses that belongs to this body, as its next node. Collective on all ranks.
+  !> Appends to data%bodies(i_body) the part of the responses that belongs to this body, as its next node, with the values of the
+  !> first rank. The stiffness of the team does not change. Requires: `responses` are those of solve_node with the constants of this
+  !> node. Collective on all ranks.
   subroutine add_node(problem, team, responses, i_body, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

@@ -187,7 +187,8 @@ contains
     end associate
   end subroutine add_modes
 
-  !> Computes the POD modes of u - G theta, the displacements by contact at the training points. Collective on all ranks.
+  !> Sets data%basis to the POD modes (reduction.pod_tolerance) of u - G theta, the displacements by contact at the training points.
+  !> Collective on all ranks.
   subroutine find_modes(problem, snapshots, data, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

@@ -42,10 +42,10 @@ module sig_interpolated_training
 contains
 
   !> Trains the whole model: responses at nodes, residuals for bounds of the error, and displacement modes where they are planned.
-  !> Collective on all ranks, with the same result on each.
+  !> Afterwards the stiffness of the team is that of other elastic constants. Collective on all ranks, with the same result on each.
   !>
-  !> Errors: a constant is out of its range somewhere in the box; those of interpolate_responses, with up to 170 nodes per body; the
-  !> stiffness at another value of the constants could not be factored.
+  !> Errors: a constant is out of its range somewhere in the box; those of interpolate_responses: a body would need more than 170
+  !> nodes, or has too many variable constants; the stiffness could not be factored.
   subroutine train_interpolated(full_order, snapshots, may_have_modes, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order

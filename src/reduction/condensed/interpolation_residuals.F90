@@ -33,8 +33,9 @@ module sig_interpolation_residuals
 
 contains
 
-  !> Sets data%bodies(:)%bound of the bodies for which has_identity is true; where there is none, it changes nothing. Otherwise the
-  !> stiffness of the team and the elastic constants in `joined` change. Collective on all ranks, with the same result on each.
+  !> Sets data%bodies(:)%bound of each body with one variable elastic constant of which its stiffness is a factor times an affine
+  !> function (has_identity). Without such a body nothing changes. Otherwise the stiffness of the team and the constants in `joined`
+  !> end at other values. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine measure_residuals(problem, team, joined, data, error, ierr)

@@ -238,11 +238,11 @@ contains
         'exact but takes longer')
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
-        'constants (' // counted(self%n_factorizations(), 'factorization') // '); they miss ' // text // ' by at most ' // &
-        short_number(self%reduced%measured_error))
+        'constants (' // counted(self%n_factorizations(), 'factorization') // &
+        '); their relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
     else
       call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives the other points; ' // &
-        'it misses ' // text // ' by at most ' // short_number(self%reduced%measured_error))
+        'its relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
     end if
   end subroutine tell
 

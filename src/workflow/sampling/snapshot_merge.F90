@@ -222,7 +222,7 @@ contains
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
 
-  !> Whether the set has solutions without displacements, as for a condensed model, which needs contact forces only.
+  !> Whether the set has solutions, and displacements of none of them, as for a condensed model, which needs contact forces only.
   pure logical function lacks_displacements(set)
     type(snapshot_set_t), intent(in) :: set
 

@@ -182,7 +182,7 @@ contains
       else
         call log_info('hyper-reduction (reduction.method: auto): ' // reason)
         if (deck%reduction%displacement%type /= 'auto') call log_info( &
-          'reduction.displacement applies to condensed models only: a hyper-reduced model has displacements by modes at all nodes')
+          'reduction.displacement has no effect here: this model is hyper-reduced, and has displacements by modes at all nodes')
       end if
     end associate
   end subroutine build_exact

@@ -53,5 +53,5 @@ def power_of_ten(value: float) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Returns a label for an axis, such as `x [m]`, or only the text if the quantity has no unit."""
+    """Returns a label for an axis, such as `x [m]`, or only the text if the unit is empty, `-` or `1`."""
     return f"{text} [{unit}]" if unit not in ("", "-", "1") else text

@@ -87,7 +87,7 @@ class Mesh:
 
     @property
     def boundary_edges(self) -> IntArray:
-        """Edges that belong to one cell only, shape (n_boundary_edges, 2)."""
+        """Edges of plane cells that belong to one cell only: their two nodes, ascending; shape (n_boundary_edges, 2)."""
         edges, counts = self._edges_and_counts
         return edges[counts == 1]
 

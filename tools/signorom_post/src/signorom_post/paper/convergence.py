@@ -28,7 +28,7 @@ def figure_3(study: Study) -> Outcome:
 
 
 def figure_10(study: Study) -> Outcome:
-    """Returns figure 10: errors of the contact forces over basis size and over kappa.
+    """Returns figure 10, its table and comparisons with the paper: errors of contact forces over basis size and kappa.
 
     It has curves without and with extra POD modes.
     """

@@ -57,7 +57,10 @@ class FieldPoint:
 
     @property
     def reduced_rows(self) -> IntArray:
-        """Contact rows in the domain of the reduced model that answers here, from 0; empty without a model."""
+        """Contact rows in the domain of the chosen cluster, from 0, also where the fallback answers.
+
+        All rows with a condensed model; empty without a model.
+        """
         if "rows_in_reduced_domain" not in self.fields:
             return np.empty(0, dtype=np.int64)
         return np.flatnonzero(self.fields["rows_in_reduced_domain"].values)
