@@ -154,7 +154,8 @@ void signorom_close(signorom_model *model);
 
 /* Gives the sizes of a model. SIGNOROM_BAD_ARGUMENT: `sizes` is null. */
 int signorom_get_sizes(const signorom_model *model, signorom_sizes *sizes);
-/* Returns a text of the model; `kind` is a signorom_text_kind. The result is null where there is no such kind. */
+/* Returns a text of the model; `kind` is a signorom_text_kind. The text lives as long as the model: do not free it. The
+ * result is null where there is no such kind. */
 const char *signorom_text(const signorom_model *model, int kind);
 /* Gives name, unit and trained range of parameter i, which counts from 0. Any of the pointers behind i may be null.
  * SIGNOROM_BAD_ARGUMENT: i is out of range. */

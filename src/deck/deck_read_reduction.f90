@@ -159,7 +159,7 @@ contains
     if (is_word) is_word = tree%nodes(i_node)%text == word
   end function is_word
 
-  !> Reads `auto`, `none`, or {boundaries: [names], elsewhere: none or modes}.
+  !> Reads `auto`, `none`, or a mapping such as {boundaries: [top], elsewhere: modes}; elsewhere is none or modes.
   subroutine read_displacement(tree, i_reduction, displacement)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -173,10 +173,10 @@ contains
         displacement%type = tree%nodes(i_node)%text
       else if (tree%nodes(i_node)%kind == kind_scalar) then
         call tree%report(i_node, 'is ' // shown(tree%nodes(i_node)%text) // &
-          '; it must be auto, none or {boundaries: [names], elsewhere: none or modes}')
+          '; it must be auto, none or a mapping such as {boundaries: [top], elsewhere: modes}, where elsewhere is none or modes')
       else
         call tree%report(i_node, 'is ' // tree%kind_name(i_node) // &
-          '; it must be auto, none or {boundaries: [names], elsewhere: none or modes}')
+          '; it must be auto, none or a mapping such as {boundaries: [top], elsewhere: modes}, where elsewhere is none or modes')
       end if
       return
     end if

@@ -274,8 +274,8 @@ contains
     call expression%create(text, terms%parameter_names, message)
     call expression%destroy()
     if (allocated(message)) then
-      call make_error(error, 'the imposed strain needs the product ''' // text // ''' of expressions of the deck: ' // message, &
-        deck_path, part%line, part%column)
+      call make_error(error, 'the imposed strain contains the product ''' // text // ''' of expressions of the deck, which is ' // &
+        'not valid: ' // message, deck_path, part%line, part%column)
     else
       call terms%add_expression(text, part%line, part%column, i_term)
     end if

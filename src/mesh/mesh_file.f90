@@ -68,7 +68,8 @@ contains
       call sig_gmsh_sizes(handle, sizes)
       call make_error(error, unreadable_mesh // ' ''' // path // ''': ' // system_reason(sizes(1)), file=path)
     case default
-      call make_error(error, 'not enough memory to read the mesh file', file=path)
+      call make_error(error, 'not enough memory to read the mesh file', file=path, &
+        hint='one rank reads the whole mesh: more ranks do not help')
     end select
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh

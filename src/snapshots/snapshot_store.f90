@@ -361,7 +361,8 @@ contains
     set%provenance = text
     if (provenance /= '' .and. set%provenance /= provenance) then
       call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
-                      provenance // ')', file=path, hint='sample again, or choose another results folder (output.directory)')
+                      provenance // ')', file=path, hint='remove the file and ' // &
+                      'sample again, or choose another results folder (output.directory)')
     end if
   end subroutine read_head
 

@@ -11,7 +11,7 @@ from program import ENVIRONMENT, ROOT
 
 #: the entries that need few models: the reduced domains, contact forces with all hats, the decay of the modes; and three
 #: clusters, on a map that is coarser than the paper's
-ENTRIES = ["fig09", "fig14", "fig16", "fig18", "--map", "40"]
+ENTRIES = ["fig09", "fig14", "fig16", "fig18", "--map", "25"]
 #: judged numbers: of the first three entries; l-bar of three clusters, the maps at kappa_max = 10 and 1
 N_JUDGED = 7 + 3 + 3 + 2
 SOURCE = "Le Berre et al. 2022"

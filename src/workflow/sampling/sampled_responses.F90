@@ -118,7 +118,8 @@ contains
     character(*), intent(in) :: wish
     character(*), intent(in) :: reason
 
-    if (wish == 'interpolated') call log_info('each point is solved with its own stiffness: ' // reason)
+    if (wish == 'interpolated') call log_info( &
+      'training.stiffness: interpolated has no effect; each point is solved exactly, with its own stiffness: ' // reason)
   end subroutine tell_why_factored
 
   !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice and
@@ -231,7 +232,8 @@ contains
 
     text = 'the forces of ' // counted(size(self%is_solved), 'point') // ' that were solved with their own stiffness'
     if (allocated(error)) then
-      call log_warning('each point is solved with its own stiffness: ' // error%message)
+      call log_warning('no responses for many points at once; each point is solved exactly, with its own stiffness: ' // &
+        error%message)
     else if (.not. self%is_ready) then
       call log_warning('one factorization should give the other points exactly, but it misses ' // text // ' by ' // &
         short_number(self%reduced%measured_error) // ' (relative); so each point is solved with its own stiffness, which is ' // &
@@ -241,8 +243,8 @@ contains
         'constants (' // counted(self%n_factorizations(), 'factorization') // &
         '); their relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
     else
-      call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives the other points; ' // &
-        'its relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
+      call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives all other points; ' // &
+        'compared with ' // text // ', its relative error is at most ' // short_number(self%reduced%measured_error))
     end if
   end subroutine tell
 

@@ -94,7 +94,7 @@ contains
       PetscCall(add_certificates(full_order, model, ierr))
     else
       call log_warning('answers will have no bound of their error (certificate): the stiffness depends on the parameters, and ' // &
-        'the model keeps no full-order operator')
+        'the model keeps no full-order operator; reduction.max_full_order_size gives room for one')
     end if
   end subroutine build_model
 

@@ -12,7 +12,8 @@ from signorom_post.arrays import BoolArray, FloatArray, IntArray, TextArray
 class Answers:
     """The answers of a model at many points, one row per point.
 
-    The arrays are copies: a later query does not change them. Real numbers are NaN at points without an answer.
+    The arrays are copies: a later query does not change them. At points without an answer, real numbers are NaN,
+    except for points and distance.
     """
 
     #: values of the parameters, shape (n_points, n_parameters)
