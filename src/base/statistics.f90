@@ -73,22 +73,28 @@ contains
   end function is_no_number
 
   !> Sorts numbers, ascending, by Shell's method.
-  pure subroutine sort(values)
+  pure subroutine sort(values, order)
     real(rk), intent(inout) :: values(:)
+    !> is put in the same order as the values; shape (size(values))
+    integer, intent(inout), optional :: order(:)
     real(rk) :: value
-    integer :: gap, i, j
+    integer :: gap, i, j, number
 
+    number = 0
     gap = size(values) / 2
     do while (gap > 0)
       do i = gap + 1, size(values)
         value = values(i)
+        if (present(order)) number = order(i)
         j = i - gap
         do while (j >= 1)
           if (values(j) <= value) exit
           values(j + gap) = values(j)
+          if (present(order)) order(j + gap) = order(j)
           j = j - gap
         end do
         values(j + gap) = value
+        if (present(order)) order(j + gap) = number
       end do
       gap = gap / 2
     end do

@@ -12,7 +12,7 @@ module sig_parameter_space
   use sig_text, only: counted, join, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: build_points, format_point, point_index
+  public :: all_points, build_points, format_point, point_index
 
   !> digits that are enough to tell points apart; more would show the rounding of grid values
   integer, parameter :: point_digits = 10
@@ -62,7 +62,7 @@ contains
     integer :: n_listed
 
     n_listed = size(points, 2)
-    points = without_repeats(points)
+    points = all_points(points(:, :0), points)
     if (size(points, 2) < n_listed) call log_warning(path // ' lists ' // counted(n_listed, 'point') // &
       '; left out, because they repeat others: ' // to_text(n_listed - size(points, 2)))
   end subroutine drop_repeats
@@ -85,32 +85,38 @@ contains
     i_point = 0
   end function point_index
 
-  !> Returns the points without those that equal an earlier one (point_index), in their order.
-  pure function without_repeats(points) result(kept)
+  !> Returns the given points and, behind them, the known points that are not among them, each once, in their order. Points that
+  !> differ by rounding only (point_index) are the same.
+  pure function all_points(points, known) result(all)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    real(rk), allocatable :: kept(:, :)
-    ! equal points have nearly equal keys; sorted keys show at once that there are none
-    real(rk) :: weights(size(points, 1)), keys(size(points, 2)), sorted(size(points, 2)), tolerance
-    logical :: is_kept(size(points, 2))
-    integer :: i, j
+    !> may hold a point several times; shape (n_parameters, n_known)
+    real(rk), intent(in) :: known(:, :)
+    real(rk), allocatable :: all(:, :)
+    real(rk) :: weights(size(points, 1)), keys(size(points, 2) + size(known, 2)), tolerance
+    logical :: is_kept(size(keys))
+    integer :: order(size(keys)), i, j, later
 
-    weights = [(sqrt(real(i + 1, rk)), i=1, size(weights))] / max(maxval(abs(points), dim=2), tiny(1.0_rk))
-    keys = matmul(weights, points)
-    tolerance = 1.0e-11_rk * sum(sqrt(real([(i + 1, i=1, size(weights))], rk)))
-    sorted = keys
-    call sort(sorted)
+    allocate (all(size(points, 1), size(keys)))
+    all(:, :size(points, 2)) = points
+    all(:, size(points, 2) + 1:) = known
+    ! equal points have nearly equal keys, so only neighbors in the order of the keys are compared
+    weights = sqrt(real([(i + 1, i=1, size(weights))], rk))
+    tolerance = 1.0e-11_rk * sum(weights)
+    keys = matmul(weights / max(maxval(abs(all), dim=2), tiny(1.0_rk)), all)
+    order = [(i, i=1, size(keys))]
+    call sort(keys, order)
     is_kept = .true.
-    if (any(sorted(2:) - sorted(:size(sorted) - 1) <= tolerance)) then
-      do i = 2, size(keys)
-        do j = 1, i - 1
-          if (abs(keys(i) - keys(j)) > tolerance .or. .not. is_kept(j)) cycle
-          if (point_index(points(:, j:j), points(:, i), 0) > 0) is_kept(i) = .false.
-        end do
+    do i = 2, size(keys)
+      do j = i - 1, 1, -1
+        if (keys(i) - keys(j) > tolerance) exit
+        later = max(order(i), order(j))
+        if (later <= size(points, 2)) cycle
+        if (point_index(all(:, order(i:i)), all(:, order(j)), 0) > 0) is_kept(later) = .false.
       end do
-    end if
-    kept = points(:, pack([(i, i=1, size(keys))], is_kept))
-  end function without_repeats
+    end do
+    all = all(:, pack([(i, i=1, size(keys))], is_kept))
+  end function all_points
 
   !> Maps points from the unit cube into the box of the parameters.
   pure function in_box(fractions, parameters) result(points)

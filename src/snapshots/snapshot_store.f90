@@ -13,7 +13,7 @@ module sig_snapshot_store
   use sig_version, only: code_version
   implicit none(type, external)
   private
-  public :: snapshot_set_t, all_points, columns_of
+  public :: snapshot_set_t, columns_of
   public :: pick_records, read_snapshot_set, records_of_set, write_snapshots
 
   character(*), parameter :: format_name = 'signorom snapshots'
@@ -157,29 +157,6 @@ contains
     chosen%residuals = set%residuals(:, numbers)
     chosen%seconds = set%seconds(numbers)
   end function columns_of
-
-  !> Returns the given points and, behind them, the known points that are not among them, each once, in their order. Points that
-  !> differ by rounding only (point_index) are the same.
-  pure function all_points(points, known) result(all)
-    !> shape (n_parameters, n_points)
-    real(rk), intent(in) :: points(:, :)
-    !> may hold a point several times; shape (n_parameters, n_known)
-    real(rk), intent(in) :: known(:, :)
-    real(rk), allocatable :: all(:, :)
-    integer :: i, n, n_given
-
-    n_given = size(points, 2)
-    n = n_given
-    allocate (all(size(points, 1), n_given + size(known, 2)))
-    all(:, :n) = points
-    do i = 1, size(known, 2)
-      if (point_index(points, known(:, i), i - 1) > 0) cycle
-      if (point_index(all(:, n_given + 1:n), known(:, i), 0) > 0) cycle
-      n = n + 1
-      all(:, n) = known(:, i)
-    end do
-    all = all(:, :n)
-  end function all_points
 
   !> Writes snapshots.h5 from records, with a seal. h5py shows the snapshots as rows: displacement has shape (m, n_dofs).
   !>
@@ -361,8 +338,8 @@ contains
     set%provenance = text
     if (provenance /= '' .and. set%provenance /= provenance) then
       call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
-                      provenance // ')', file=path, hint='remove the file and ' // &
-                      'sample again, or choose another results folder (output.directory)')
+                      provenance // ')', file=path, hint=sample_again // &
+                      ', or choose another results folder (output.directory)')
     end if
   end subroutine read_head
 

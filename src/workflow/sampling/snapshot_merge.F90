@@ -12,13 +12,14 @@ module sig_snapshot_merge
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists, list_files, remove_file
   use sig_full_order, only: team_t
+  use sig_parameter_space, only: all_points
   use sig_petsc_support, only: rows_of_rank
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_problem, only: parameter_names, parameter_units, problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
-  use sig_snapshot_store, only: all_points, pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
+  use sig_snapshot_store, only: pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: counted, string_t, to_text
   use petsc
   implicit none(type, external)
