@@ -356,14 +356,7 @@ contains
     call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
       'displacement of these against the contact force of each pair, pair by pair')
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')
-    call file%write(group // '/residual_place', self%bound%place, description='constant at which the residuals were measured')
-    call file%write(group // '/residuals', self%bound%residuals, force // '*' // length, &
-      'products of the residuals of interpolation over the constant: of loads, of prescribed displacements, of contact forces')
-    call file%write(group // '/residual_rest', self%bound%rest, force // '*' // length, 'of their parts that open no contact')
-    call file%write(group // '/residual_forces', self%bound%forces, force, &
-      'contact forces that stand for their other parts, a residual per row')
-    call file%write(group // '/residual_share', self%bound%share, '1', &
-      'compliance of all other bodies together, at least, over that of the body')
+    call self%bound%write(file, group, length, force)
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
@@ -392,10 +385,6 @@ contains
     call file%read(group // '/contact_field', self%contact_field, error)
     call file%read(group // '/is_thin', is_thin, error)
     self%is_thin = is_thin == 1
-    call file%read(group // '/residual_place', self%bound%place, error)
-    call file%read(group // '/residuals', self%bound%residuals, error)
-    call file%read(group // '/residual_rest', self%bound%rest, error)
-    call file%read(group // '/residual_forces', self%bound%forces, error)
-    call file%read(group // '/residual_share', self%bound%share, error)
+    call self%bound%read(file, group, error)
   end subroutine read
 end module sig_body_response

@@ -11,6 +11,9 @@
 !> |y|_W + |r'|_0 (1 - sqrt(alpha/beta)) / sqrt(alpha): the last because B K^-1 r' = B (K^-1 - K_0^-1/gamma) r' for any gamma, and
 !> gamma = sqrt(alpha beta) is the best one.
 module sig_interpolation_bound
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   implicit none(type, external)
@@ -32,6 +35,8 @@ module sig_interpolation_bound
   contains
     procedure :: is_there
     procedure :: evaluate
+    procedure :: write
+    procedure :: read
   end type interpolation_bound_t
 
 contains
@@ -127,4 +132,36 @@ contains
     end if
     ratios = [minval(ratios), maxval(ratios)]
   end function stiffness_ratios
+  !> Writes the data to the group of a body of a model file. A failure of the file is reported when the file is closed.
+  subroutine write(self, file, group, length, force)
+    class(interpolation_bound_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    !> names of the units
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call file%write(group // '/residual_place', self%place, description='constant at which the residuals were measured')
+    call file%write(group // '/residuals', self%residuals, force // '*' // length, &
+      'products of the residuals of interpolation over the constant: of loads, of prescribed displacements, of contact forces')
+    call file%write(group // '/residual_rest', self%rest, force // '*' // length, 'of their parts that open no contact')
+    call file%write(group // '/residual_forces', self%forces, force, &
+      'contact forces that stand for their other parts, a residual per row')
+    call file%write(group // '/residual_share', self%share, '1', &
+      'compliance of all other bodies together, at least, over that of the body')
+  end subroutine write
+
+  !> Reads the data from the group of a body of a model file. Errors: a dataset is missing, or has another type or rank.
+  subroutine read(self, file, group, error)
+    class(interpolation_bound_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/residual_place', self%place, error)
+    call file%read(group // '/residuals', self%residuals, error)
+    call file%read(group // '/residual_rest', self%rest, error)
+    call file%read(group // '/residual_forces', self%forces, error)
+    call file%read(group // '/residual_share', self%share, error)
+  end subroutine read
 end module sig_interpolation_bound
