@@ -152,9 +152,9 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    text = ''
-    if (size(points, 2) == 0) text = 'touches no named region'
+    text = 'touches no named region'
     if (size(points, 2) == 0) return
+    text = ''
     do i = 1, size(points, 1)
       if (i > 1) text = text // ', '
       text = text // axis_names(i:i) // ' ' // short_number(minval(points(i, :))) // ' to ' // short_number(maxval(points(i, :)))

@@ -164,6 +164,8 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
     type(displacement_config_t), intent(inout) :: displacement
+    character(*), parameter :: allowed = &
+      '; it must be auto, none or a mapping such as {boundaries: [top], elsewhere: modes}, where elsewhere is none or modes'
     integer :: i_node
 
     i_node = tree%find(i_reduction, 'displacement')
@@ -172,11 +174,9 @@ contains
       if (is_word(tree, i_node, displacements(1)) .or. is_word(tree, i_node, displacements(2))) then
         displacement%type = tree%nodes(i_node)%text
       else if (tree%nodes(i_node)%kind == kind_scalar) then
-        call tree%report(i_node, 'is ' // shown(tree%nodes(i_node)%text) // &
-          '; it must be auto, none or a mapping such as {boundaries: [top], elsewhere: modes}, where elsewhere is none or modes')
+        call tree%report(i_node, 'is ' // shown(tree%nodes(i_node)%text) // allowed)
       else
-        call tree%report(i_node, 'is ' // tree%kind_name(i_node) // &
-          '; it must be auto, none or a mapping such as {boundaries: [top], elsewhere: modes}, where elsewhere is none or modes')
+        call tree%report(i_node, 'is ' // tree%kind_name(i_node) // allowed)
       end if
       return
     end if
