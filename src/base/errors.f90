@@ -25,7 +25,7 @@ module sig_errors
     character(:), allocatable :: file
     !> line in the file, 1-based; 0 = unknown
     integer :: line = 0
-    !> column in the line, 1-based; 0 = unknown
+    !> column in the line, in characters, 1-based; 0 = unknown
     integer :: column = 0
     !> how to correct the error; may be empty
     character(:), allocatable :: hint
@@ -119,6 +119,7 @@ contains
   !> Returns as many blanks as there are characters before the column; tabs stay tabs, and a UTF-8 character counts once.
   pure function blank_up_to(line, column) result(text)
     character(*), intent(in) :: line
+    !> in characters, 1-based
     integer, intent(in) :: column
     character(:), allocatable :: text
     integer :: i, n_characters

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Output of the program while it runs. Only this module has a state: whether this rank prints, and whether a write failed.
+!> Output of the program while it runs. The module keeps whether this rank prints, the log file, and whether a write failed.
 module sig_log
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
   use sig_base_c_interfaces, only: sig_open_to_append, sig_write_all
@@ -38,8 +38,8 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
-  !> Opens a log file, to which it appends. From now on the file gets every line of this rank with the date, also where the terminal
-  !> is quiet.
+  !> Opens a log file, or creates it if it is absent, and appends to it. From now on the file gets every line of this rank with the
+  !> date, also where the terminal is quiet. A process has one log file. Local.
   !>
   !> Errors: the file cannot be opened for writing.
   subroutine log_to_file(path, error)
@@ -68,7 +68,8 @@ contains
     if (output_failure == 0) output_failure = code
   end subroutine log_info
 
-  !> Writes a line to the log file and, if is_log_shown, to stderr. It is for a command whose table goes to stdout.
+  !> Writes a line to the log file and, if is_log_shown, to stderr. It is for a command whose table goes to stdout. lost_output does
+  !> not report a failure on stderr.
   subroutine log_note(text)
     character(*), intent(in) :: text
     integer(c_int) :: ignored
@@ -89,7 +90,7 @@ contains
     if (file_failure == 0) file_failure = code
   end subroutine log_to_file_only
 
-  !> Reports lost output. Errors: a line of log_info, or a line of the log file, could not be written.
+  !> Reports lost output of this rank. Errors: a line of log_info, or a line of the log file, could not be written.
   subroutine lost_output(error)
     type(error_t), allocatable, intent(out) :: error
 
@@ -131,7 +132,8 @@ contains
     code = sig_write_all(descriptor, text // new_line('a'), len(text, c_size_t) + 1)
   end subroutine say
 
-  !> Draws one line on the terminal (stderr) over the status line before it, if is_log_shown. The next log line erases it.
+  !> Draws one line on stderr over the status line before it, if is_log_shown. The next line on the terminal erases it.
+  !> Requires: stderr is a terminal; this is not checked.
   subroutine show_status(text)
     !> ASCII, shorter than a terminal line
     character(*), intent(in) :: text

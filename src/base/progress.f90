@@ -58,10 +58,11 @@ contains
     if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
   end subroutine start
 
-  !> Sets the number of steps that are done. If 0.1 s have passed since the last drawing, draws the bar again; without a bar, writes
-  !> a log line after 10 s. Beside a bar, the log file gets a line after 10 s.
+  !> Sets the number of steps that are done. If 0.1 s have passed since the last drawing, draws the bar again and, at most every
+  !> 10 s, writes a line to the log file only. Without a bar, writes a log line if 10 s have passed since the last one.
   subroutine advance(self, n_done)
     class(progress_t), intent(inout) :: self
+    !> steps done since start
     integer, intent(in) :: n_done
     real(rk) :: now
 
@@ -80,7 +81,7 @@ contains
     end if
   end subroutine advance
 
-  !> Removes the bar and writes one line with the total time.
+  !> Removes the bar and writes one log line: the label, the steps done of n_total, and the time since start.
   subroutine finish(self)
     class(progress_t), intent(inout) :: self
 

@@ -12,8 +12,9 @@ module sig_signals
 contains
 
   !> Makes SIGINT and SIGTERM set a flag from now on; an earlier request is forgotten. A process that has not ended `grace` seconds
-  !> after the signal is ended with exit code 130, whatever it does, and its unfinished files are removed. From now on a write that
-  !> would make a file larger than allowed (ulimit -f) fails and no longer ends the process.
+  !> after the signal is ended with exit code 130, whatever it does, and its unfinished files are removed. start_petsc shortens this
+  !> time where there are several ranks. From now on a write that would make a file larger than allowed (ulimit -f) fails and no
+  !> longer ends the process.
   subroutine install_stop_signals(grace)
     !> [s] time between the signal and the forced end
     real(rk), intent(in) :: grace
@@ -26,7 +27,8 @@ contains
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested
 
-  !> Sets the text, up to 254 bytes, that a forced end writes to standard output or standard error; an empty text writes nothing.
+  !> Sets the text that a forced end of this process writes to standard output or standard error: its first 254 bytes, as a line. An
+  !> empty text writes nothing.
   subroutine say_when_ended(text, is_warning)
     character(*), intent(in) :: text
     !> write it to standard error; default: no

@@ -19,7 +19,7 @@ module sig_statistics
 
 contains
 
-  !> Computes the statistics of the values that are numbers; all are zero where there is none.
+  !> Computes the statistics of the values that are not NaN; all are zero where there is none. Infinite values count.
   pure function summarize(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
@@ -35,7 +35,8 @@ contains
     statistics%maximum = sorted(size(sorted))
   end function summarize
 
-  !> Computes the statistics of the values that are numbers; if there are none, all are NaN, because zero would mean no error.
+  !> Computes the statistics of the values that are not NaN. If there are none, n_values is 0 and all others are NaN, because zero
+  !> would mean no error.
   pure function measured_statistics(values) result(statistics)
     real(rk), intent(in) :: values(:)
     type(statistics_t) :: statistics
@@ -72,7 +73,7 @@ contains
     is_no_number = .not. (value >= -huge(value) .or. value < -huge(value))
   end function is_no_number
 
-  !> Sorts numbers, ascending, by Shell's method.
+  !> Sorts numbers, ascending, by Shell's method. Equal numbers may change their order. Requires: no NaN.
   pure subroutine sort(values, order)
     real(rk), intent(inout) :: values(:)
     !> is put in the same order as the values; shape (size(values))

@@ -56,7 +56,7 @@ contains
     if (number < 0) text = '-' // text
   end function long_to_text
 
-  !> Returns a number with its noun: `1 point`, `2 points`, `3 stiffnesses`, `0 entries`.
+  !> Returns a number with its noun: `1 point`, `2 points`, `3 stiffnesses`, `0 entries`. A last `y` always becomes `ies`.
   pure function counted(n, noun) result(text)
     integer, intent(in) :: n
     !> noun in the singular
@@ -109,7 +109,7 @@ contains
     text = plain_decimal(text)
   end function real_to_text
 
-  !> Rewrites `-1.234e+02` for people: positional from 1e-4 to below 1e7, else d.ddde<n>.
+  !> Rewrites `-1.2340e+02` for people: `-123.4` from 1e-4 to below 1e7, else d.ddde<n>; zeros at the end go, but for one decimal.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text
@@ -168,7 +168,7 @@ contains
     text = to_text(merge(rounded, value, status == 0) + 0.0_rk)
   end function short_number
 
-  !> Returns how many digits a condition number costs: `8 of 16 digits`.
+  !> Returns how many digits a condition number costs (its log10, rounded, at most 16): `8 of 16 digits`.
   pure function lost_digits(condition) result(text)
     !> [-] >= 1
     real(rk), intent(in) :: condition
@@ -178,7 +178,7 @@ contains
     if (condition < 1.0e16_rk) text = to_text(nint(log10(max(condition, 1.0_rk)))) // ' of 16 digits'
   end function lost_digits
 
-  !> Returns a number >= 0 with seven digits, `inf` or `nan`. A negative number gives `nan`, too.
+  !> Returns a number >= 0 with seven significant digits (`1.234567E-03`), `inf` or `nan`. A negative number gives `nan`, too.
   pure function csv_number(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
@@ -298,7 +298,7 @@ contains
     if (.not. is_valid) value = 0
   end subroutine read_real
 
-  !> Reads a whole number within the default integer's range; only blanks may stand around it.
+  !> Reads a whole number, with or without a sign, within the default integer's range; only blanks may stand around it.
   pure subroutine read_integer(text, value, is_valid)
     character(*), intent(in) :: text
     !> zero when not valid
@@ -344,7 +344,7 @@ contains
     is_decimal = i == len(word) + 1
   end function is_decimal
 
-  !> Counts the characters from position i_start on, at most n_max, that belong to the set.
+  !> Counts the characters from position i_start on that belong to the set: up to the first one that does not, and at most n_max.
   pure integer function n_of_set(word, i_start, set, n_max) result(n)
     character(*), intent(in) :: word
     integer, intent(in) :: i_start
@@ -377,7 +377,7 @@ contains
     end do
   end function did_you_mean
 
-  !> Returns the least number of letters to insert, delete, replace or swap with their neighbor that turns one word into the other.
+  !> Returns how many letters to insert, delete or replace, or neighbors to swap, turn one word into the other (string alignment).
   pure integer function edit_distance(first, second) result(distance)
     character(*), intent(in) :: first
     character(*), intent(in) :: second

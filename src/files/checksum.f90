@@ -21,7 +21,7 @@ module sig_checksum
 
 contains
 
-  !> Returns the hash of a text as 16 hexadecimal digits.
+  !> Returns the hash (fnv1a with fnv1a_seed) of a text as 16 lower-case hexadecimal digits.
   pure function hash_of_text(text) result(digits)
     character(*), intent(in) :: text
     character(16) :: digits

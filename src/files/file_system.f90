@@ -52,7 +52,7 @@ contains
   end function is_directory
 
   !> Makes a folder and the folders above it; an existing folder is no error. An empty path is the current folder. Errors: the
-  !> system refuses it, for example without the right to write there.
+  !> system refuses it, for example without the right to write there, or because a file has the name.
   subroutine make_directories(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -120,7 +120,8 @@ contains
     if (code /= 0) call make_error(error, 'cannot write the file: ' // system_reason(code), file=path)
   end subroutine write_text_file
 
-  !> Removes a file. A file that does not exist is no error. Errors: the system refuses it.
+  !> Removes a file; a link is removed, and not the file to which it leads. A file that does not exist, or that the system does not
+  !> show, is no error. A link that leads nowhere stays. Errors: the system refuses it; the path is a folder.
   subroutine remove_file(path, error)
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
@@ -133,8 +134,8 @@ contains
 
   !> Locks a folder for this process, so that two runs do not write into it at once.
   !>
-  !> Requires: the folder exists. Errors: another process has locked it; its file .lock is a link or not a plain file; no right to
-  !> write there.
+  !> Requires: the folder exists. Errors: another lock holds it, of any process; its file .lock is a link or not a plain file; the
+  !> system refuses to open or lock this file. Then `lock` holds nothing.
   subroutine lock_directory(path, lock, error)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
@@ -156,6 +157,7 @@ contains
 
   !> Returns ` (process 1234)` for messages; empty if the number is not known.
   function holder_text(process) result(text)
+    !> number of the process that holds a lock; 0: not known
     integer(c_long), intent(in) :: process
     character(:), allocatable :: text
 
@@ -163,7 +165,7 @@ contains
     if (process > 0) text = ' (process ' // to_text(int(process, lk)) // ')'
   end function holder_text
 
-  !> Unlocks the folder. Does nothing if there is no lock.
+  !> Unlocks the folder; its file .lock stays. Does nothing if there is no lock.
   subroutine unlock_directory(lock)
     type(directory_lock_t), intent(inout) :: lock
 

@@ -31,7 +31,8 @@ module sig_hdf5_access
 
 contains
 
-  !> Creates a file. Errors: no right to write there, no such folder.
+  !> Creates the file `partial`; a file or link of this name is replaced. The file is removed if a signal ends the process. Errors:
+  !> no right to write there, no such folder. Then the handle is null.
   subroutine create_hdf5(path, partial, n_free, handle, error)
     !> name of the file for messages
     character(*), intent(in) :: path
@@ -47,6 +48,7 @@ contains
   end subroutine create_hdf5
 
   !> Opens a file for reading. Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
+  !> Then the handle is null.
   subroutine open_hdf5(path, handle, error)
     character(*), intent(in) :: path
     type(c_ptr), intent(out) :: handle
@@ -86,14 +88,15 @@ contains
     end if
   end function address_text
 
-  !> Writes numbers. The file has the Fortran shape in reverse order. Errors: the disk is full, or the address exists already.
+  !> Writes numbers, and makes the groups in the address. The file has the Fortran shape in reverse order. Errors: the disk is full,
+  !> the address exists already, or the values of an attribute take more than 64 KiB.
   subroutine write_array(handle, path, address, type, shape, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
     !> real_type or integer_type
     integer(c_int), intent(in) :: type
-    !> Fortran shape; empty for a scalar
+    !> Fortran shape, of rank 8 at most; empty for a scalar
     integer, intent(in) :: shape(:)
     !> real(rk) or integer, as type says
     type(*), intent(in) :: values(*)
@@ -105,7 +108,8 @@ contains
     if (status /= 0) call report_write(path, address, error)
   end subroutine write_array
 
-  !> Writes a matrix of reals whose columns are at different places in memory, without a copy of the matrix. Errors: as write_array.
+  !> Writes a matrix of reals, shape (n_rows, size(columns)), as a dataset. Its columns are at different places in memory; no matrix
+  !> is made of them. Errors: as write_array.
   subroutine write_columns(handle, path, address, columns, n_rows, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -126,6 +130,7 @@ contains
   end subroutine write_columns
 
   !> Writes a list of texts, or with is_scalar only its first text, and not as a list. Errors: as write_array.
+  !> Requires: with is_scalar, at least one text.
   subroutine write_texts(handle, path, address, texts, is_scalar, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -164,13 +169,13 @@ contains
   end subroutine report_write
 
   !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing, has another type or rank, is larger
-  !> than the file can hold, or its values are not in the file itself in one piece. Then the shape is zeros, or empty if the rank is
-  !> -1.
+  !> than the file can hold, is damaged, or its values are not in the file itself in one piece. Then the shape is `rank` zeros, or
+  !> empty if the rank is -1.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
-    !> expected type; integers may be read as reals; 0 takes any type
+    !> expected type: real_type, which takes integers, too, integer_type or text_type; 0 takes any type
     integer(c_int), intent(in) :: type
     !> expected rank; -1 takes any rank
     integer, intent(in) :: rank
@@ -242,12 +247,14 @@ contains
     end select
   end function type_text
 
-  !> Reads numbers into an array that has the shape that find_shape returned. Errors: those of find_shape; the values cannot be
-  !> read.
+  !> Reads numbers into an array that has the shape that find_shape returned. Errors: those of find_shape but for the rank; the
+  !> values cannot be read; all reads since the file was opened take more than 8 times its size + 1 MiB. Then the values must not be
+  !> used.
   subroutine read_array(handle, path, address, type, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
+    !> real_type or integer_type
     integer(c_int), intent(in) :: type
     !> real(rk) or integer, as type says
     type(*), intent(inout) :: values(*)
@@ -259,8 +266,8 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_array
 
-  !> Reads consecutive rows of consecutive columns of a matrix, in Fortran's order of indices; as many as `values` has. Errors:
-  !> those of find_shape; rows or columns that the matrix does not have. Empty values are never an error.
+  !> Reads consecutive rows of consecutive columns of a dataset that is a matrix of numbers, in Fortran's order of indices; as many
+  !> as `values` has. Errors: those of read_array; rows or columns that the matrix does not have. Empty values are never an error.
   subroutine read_columns(handle, path, address, first_row, i_column, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -279,7 +286,8 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_columns
 
-  !> Reads texts; a scalar text gives a list of one text. Errors: missing, not texts, damaged. Then the list is empty.
+  !> Reads texts; a scalar text gives a list of one text. Errors: missing, not texts, damaged, a link, or too many reads as with
+  !> read_array. Then the list is empty.
   subroutine read_texts(handle, path, address, texts, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

@@ -21,7 +21,7 @@ module sig_hdf5_reader
   !> of texts (string_t); arrays and texts are allocatable. `read_attribute(object, name, value, error)` reads an attribute of a
   !> group or dataset: a text, integer, real, list of reals or of texts. Integers in the file may be read as reals.
   !>
-  !> Errors: those of find_shape in sig_hdf5_access; a value that cannot be read. Then the value is zero or empty, or, if the array
+  !> Errors: those of find_shape and read_array in sig_hdf5_access. Then the value is zero or empty, or, if the array
   !> was found, not defined. If `error` is allocated before, nothing is read; so a caller needs one check after several reads.
   type :: h5_reader_t
     private
@@ -61,7 +61,8 @@ contains
     call open_hdf5(path, self%handle, error)
   end subroutine open_file
 
-  !> Opens a file from its bytes in memory, which are copied. Errors: the bytes are not an HDF5 file.
+  !> Opens a file from its bytes in memory, which are copied, and closes the one that is open. Errors: the bytes are not an HDF5
+  !> file, or memory is not enough.
   subroutine open_image(self, bytes, error)
     class(h5_reader_t), intent(inout) :: self
     character(1), intent(in) :: bytes(:)
@@ -108,8 +109,8 @@ contains
     has_attribute = self%has(object // '@' // name)
   end function has_attribute
 
-  !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing. A caller that has n from
-  !> a file can so check it.
+  !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing: n if all exist. So a
+  !> caller can check an n that it has read from a file.
   integer function count_groups(self, name, n) result(n_found)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -132,7 +133,8 @@ contains
   end subroutine get_shape
 
   !> Reads consecutive rows of given columns of a matrix of numbers, in Fortran's order of indices, without reading the rest.
-  !> Errors: as read; rows or columns that do not exist. Then the values must not be used.
+  !> Errors: as read; rows or columns that do not exist. Then the values must not be used. With last < first there are no rows, and
+  !> that is no error.
   subroutine read_block(self, name, first, last, columns, values, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name

@@ -134,7 +134,7 @@ contains
     call remove_file(path // '.partial', ignored)
   end subroutine remove_partial
 
-  !> Removes a file that is not closed, and forgets its errors. Does nothing if no file is open.
+  !> Closes and removes the file that is open, on the disk or in memory. Forgets the first failure. Without an open file only this.
   subroutine discard_file(self)
     class(h5_writer_t), intent(inout) :: self
     integer(c_int) :: ignored
@@ -182,7 +182,8 @@ contains
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_2
 
-  !> Writes a matrix of reals whose columns are at different places in memory, as `write` does with a matrix of rank 2.
+  !> Writes a matrix of reals whose columns are at different places in memory, as `write` does with a matrix of rank 2:
+  !> shape (n_rows, size(columns)).
   subroutine write_real_columns(self, name, columns, n_rows, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -303,7 +304,8 @@ contains
     call put_texts(self, object // '@' // name, value, .false.)
   end subroutine write_text_1_attribute
 
-  !> Writes numbers, and unit and description if they are given. Keeps the first failure.
+  !> Writes numbers, and as attributes unit and description if they are given. Keeps the first failure, and does nothing after it or
+  !> without an open file.
   subroutine put(self, address, type, shape, values, unit, description)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: address

@@ -53,13 +53,14 @@ contains
     if (code /= 0) call report(self, code, error)
   end subroutine write_line
 
-  !> Writes what is left and closes the stream. A file gets its name; after an error it is removed. Does nothing if the stream is
-  !> not open. Errors: something could not be written.
+  !> Writes what is left and closes the stream. A file gets its name. After an error, also one of an earlier line, what was written
+  !> is removed, and an earlier file of this name stays. Does nothing if the stream is not open. Errors: something could not be
+  !> written, or the file cannot get its name.
   subroutine close_stream(self, error, is_dropped)
     class(output_stream_t), intent(inout) :: self
-    !> an error that is there before stays, and the file is removed
+    !> if it is allocated before, it stays as it is, and the new file is removed
     type(error_t), allocatable, intent(inout) :: error
-    !> whether to remove the file in any case; default no
+    !> whether to remove the new file in any case; default no. It has no effect on a device, a pipe or the standard output
     logical, intent(in), optional :: is_dropped
     logical :: is_kept
     integer(c_int) :: code
@@ -81,7 +82,7 @@ contains
   end subroutine report
 
   !> Finds the file that must be replaced so that a path leads to a new file: symbolic links are followed. Errors: a folder, a
-  !> circle of links, a device or a pipe.
+  !> circle of links, a device, a pipe or anything in /proc.
   subroutine find_target(path, target, error)
     character(*), intent(in) :: path
     !> path of this file, which may not exist yet; not usable after an error

@@ -34,7 +34,7 @@ contains
     end do
   end subroutine find_bodies
 
-  !> Joins the bodies of two nodes.
+  !> Joins the bodies of two nodes in `lowest`, where each node refers to a lower node of its body, and the lowest node to itself.
   pure subroutine join(lowest, first, second)
     integer, intent(inout) :: lowest(:)
     integer, intent(in) :: first, second
@@ -45,7 +45,7 @@ contains
     lowest(max(a, b)) = min(a, b)
   end subroutine join
 
-  !> Finds the lowest node of a body, and halves the path to it for later searches.
+  !> Finds the lowest node (root) of a node's body, and halves the path to it in `lowest` for later searches.
   pure subroutine find_root(lowest, node, root)
     integer, intent(inout) :: lowest(:)
     integer, intent(in) :: node
@@ -63,6 +63,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     !> of find_bodies
     integer, intent(in) :: body_of_node(:)
+    !> number of the body, 1-based
     integer, intent(in) :: i_body
     type(string_t), allocatable :: names(:)
     integer :: i, i_group

@@ -17,9 +17,10 @@ module sig_cell_quality
 
 contains
 
-  !> Gives every cell a positive volume: the nodes of an inverted cell get another order. Errors: the first cell that is flat or
-  !> folded, also by its mid-side nodes; the message has its region, its number in gmsh and its quality: the determinant of the unit
-  !> vectors along its edges at the worst corner, or along its reference axes at the worst integration point, 1 at right angles.
+  !> Gives every cell a positive volume: the nodes of an inverted cell get another order. Errors: the first cell that is flat (a
+  !> quality below 1e-10) or folded, also by its mid-side nodes; the message has its region, its number in gmsh and its quality.
+  !> This is the determinant of the unit vectors along its edges at the worst corner, or along its reference axes at the worst
+  !> integration point, 1 at right angles. After an error only the cells before this one are corrected.
   pure subroutine orient_cells(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages

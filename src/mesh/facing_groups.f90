@@ -18,7 +18,8 @@ module sig_facing_groups
     integer :: second = 0
     !> [-] share of the first surface's area that faces the second one
     real(rk) :: share = 0
-    !> [length] least and largest distance along the normals of the first surface, negative where they overlap
+    !> [length] least and largest distance of the facing facets' centers along the normals of the first surface, negative where they
+    !> overlap; 0 below 1e-9 of the reach
     real(rk) :: gap(2) = 0
   end type facing_groups_t
 
@@ -110,7 +111,8 @@ contains
     length_of = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function length_of
 
-  !> Computes the share of a surface's area that faces another surface, and the gaps there.
+  !> Computes the share of a surface's area that faces another surface, and the gaps there. Where nothing faces the share is 0, and
+  !> the gaps must not be used.
   pure type(facing_groups_t) function face(surface, other) result(pair)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other

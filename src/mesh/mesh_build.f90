@@ -20,7 +20,7 @@ contains
   !> Builds the mesh. Elements that occur several times count once, nodes without a cell are left out, and the order of the file is
   !> kept. The orientation of the cells is not checked, and file_hash is not set. Local.
   !>
-  !> Errors: the elements in physical groups have another dimension than n_dim, or there are none; cells of a group without a name;
+  !> Errors: the largest dimension of the elements in physical groups is not n_dim, or there are none; cells in an unnamed group;
   !> a plane mesh that is not in a plane z = const; those of check_mid_nodes.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
@@ -101,6 +101,7 @@ contains
   end function dimension_hint
 
   !> Checks that regions have names: the deck uses regions by name, so a region without a name would be lost without a message.
+  !> Errors: a group of dimension n_dim that has elements and no name.
   pure subroutine check_names(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
@@ -146,10 +147,12 @@ contains
     end do
   end subroutine number_cells
 
-  !> Numbers the elements of one dimension whose nodes all belong to cells. Elements on the same nodes get the same number.
+  !> Numbers the elements of one dimension whose nodes all belong to cells, 1, 2, ... in the order of the file. Elements of the same
+  !> type on the same nodes get the same number.
   pure subroutine number_elements(raw, n_dim, node_of_raw_node, number_of_element)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
+    !> not 0 for nodes of cells
     integer, intent(in) :: node_of_raw_node(:)
     !> number of each element; 0 for other elements
     integer, allocatable, intent(out) :: number_of_element(:)
@@ -237,11 +240,15 @@ contains
     end do
   end subroutine copy_nodes
 
-  !> Copies each numbered element once, from its first occurrence in the file.
+  !> Copies each numbered element once, from its first occurrence in the file: types (rows of element_types), offsets, nodes and
+  !> tags as in mesh_t.
   pure subroutine copy_elements(raw, number_of_element, node_of_raw_node, n_kept, types, offsets, nodes, tags)
     type(raw_mesh_t), intent(in) :: raw
+    !> of number_elements
     integer, intent(in) :: number_of_element(:)
+    !> of number_cells
     integer, intent(in) :: node_of_raw_node(:)
+    !> number of elements that were copied
     integer, intent(out) :: n_kept
     integer, allocatable, intent(out) :: types(:), offsets(:), nodes(:)
     integer, allocatable, intent(out), optional :: tags(:)
@@ -268,7 +275,7 @@ contains
     if (present(tags)) tags = raw%element_tags(first_element)
   end subroutine copy_elements
 
-  !> Makes one group for each physical group that has a name; a deck cannot use the others.
+  !> Makes mesh%groups: one group for each physical group that has a name, in the file's order; a deck cannot use the others.
   pure subroutine build_groups(raw, cell_of_element, facet_of_element, node_of_raw_node, mesh)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: cell_of_element(:), facet_of_element(:), node_of_raw_node(:)
@@ -298,7 +305,7 @@ contains
     end do
   end subroutine build_groups
 
-  !> Sorts the elements by groups.
+  !> Sorts the elements by groups: those of group g are elements(members_before(g) + 1 : members_before(g + 1)).
   pure subroutine sort_members(raw, members_before, elements)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(out) :: members_before(:)
@@ -321,7 +328,8 @@ contains
     end do
   end subroutine sort_members
 
-  !> Lists the nodes of elements, each once, ascending. Elements with a node that belongs to no cell do not count.
+  !> Lists the nodes (numbers in the mesh) of elements of the file, each once, ascending. Elements with a node that belongs to no
+  !> cell do not count.
   pure subroutine collect_nodes(raw, elements, node_of_raw_node, nodes, n_left_out)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: elements(:)

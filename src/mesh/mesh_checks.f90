@@ -84,8 +84,9 @@ contains
 
   !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.
   !>
-  !> Errors: unknown name, the name of a region only, a name of several such groups, a group without nodes, a group with elements
-  !> that touch no cell of a named region. The message has the name's line in the deck.
+  !> Errors: unknown name, the name of a region only, a name of several such groups, a group without nodes, an element of the
+  !> group with a node that belongs to no cell of a named region. The error has the name's place in the deck; then `nodes` is not
+  !> allocated.
   pure subroutine nodes_of_boundary(mesh, boundary, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: boundary
@@ -100,8 +101,8 @@ contains
     if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
   end subroutine nodes_of_boundary
 
-  !> Finds the nodes of a zone of interest, ascending: those of its boundary that lie in its window. Errors: as nodes_of_boundary,
-  !> and a window without nodes.
+  !> Finds the nodes of a zone of interest, ascending: those of its boundary that lie in its window, or all without a window.
+  !> Errors: as nodes_of_boundary, and a window without nodes.
   pure subroutine nodes_of_zone(mesh, zone, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(zone_config_t), intent(in) :: zone
@@ -156,7 +157,8 @@ contains
     call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
   end subroutine group_of_region
 
-  !> Finds the only group with a name and a dimension from min_dim to max_dim. Errors: those of nodes_of_boundary.
+  !> Finds the only group with a name and a dimension from min_dim to max_dim. Errors: as nodes_of_boundary, for groups of these
+  !> dimensions.
   pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: name

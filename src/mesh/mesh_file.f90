@@ -50,7 +50,8 @@ module sig_mesh_file
 contains
 
   !> Reads a gmsh file. Local. Errors: the file cannot be read (unreadable_mesh), memory is not enough, or the file is not a mesh
-  !> that the reader supports; then the error has the line of a text file, and for a binary file the message has the byte.
+  !> that the reader supports; then, if the fault has a place, the error has the line of a text file, and for a binary file the
+  !> message has the byte.
   subroutine read_raw_mesh(path, raw, error)
     character(*), intent(in) :: path
     type(raw_mesh_t), intent(out) :: raw

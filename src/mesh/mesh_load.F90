@@ -48,7 +48,7 @@ contains
     PetscCall(broadcast_mesh(mesh, comm, ierr))
   end subroutine load_mesh
 
-  !> Gives the error of a file that cannot be read the line of the deck that names the file.
+  !> Gives the error of a mesh file that cannot be read the place in the deck that names the file; another error stays as it is.
   subroutine blame_deck(config, deck_path, error)
     type(mesh_config_t), intent(in) :: config
     character(*), intent(in) :: deck_path

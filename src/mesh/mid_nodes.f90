@@ -89,7 +89,9 @@ contains
   !> Returns the edges and faces of a type. They are found from the element of the same shape with most nodes. The node inside of a
   !> cell is left out, because other elements do not have it.
   pure function middles_of(i_type, n_dim) result(middles)
+    !> row of element_types
     integer, intent(in) :: i_type
+    !> dimension of the cells
     integer, intent(in) :: n_dim
     type(middles_t) :: middles
     integer, allocatable :: corners(:)
@@ -151,6 +153,7 @@ contains
   !> Returns the index of an edge or face in `seen`; 0 if no cell before had it.
   pure integer function place_of(seen, corners) result(i_seen)
     type(seen_t), intent(in) :: seen
+    !> nodes of the file, ascending, filled up with 0
     integer, intent(in) :: corners(most_corners)
 
     i_seen = seen%last_at_node(corners(1))

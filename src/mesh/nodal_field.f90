@@ -53,7 +53,8 @@ contains
     if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
-  !> Assigns the values of the file to the nodes of the mesh. Errors: a value at a node that the mesh does not have.
+  !> Assigns the values of the file to the nodes of the mesh: `values` as in nodal_field_t, the first of several values of a node.
+  !> Errors: a value at a node that the mesh does not have.
   subroutine place_values(mesh, raw, config, deck_path, values, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -80,7 +81,8 @@ contains
   end subroutine place_values
 
   !> Checks that the nodes of the file, if it has coordinates, are at the same places as in the mesh, because another mesh may have
-  !> the same node numbers.
+  !> the same node numbers. Nodes that the mesh lacks do not count. Errors: a wrong shape of the coordinates; one that differs from
+  !> the mesh's by more than 1e-6 of the mesh's largest coordinate.
   subroutine check_places(mesh, raw, config, deck_path, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -143,11 +145,12 @@ contains
     end associate
   end subroutine check_region
 
-  !> Finds the order in which the tags ascend, by merging.
+  !> Finds the order in which the tags ascend, by merging: tags(order) ascends, equal tags keep their order.
   pure recursive subroutine sort_tags(tags, order, is_part)
     integer, intent(in) :: tags(:)
+    !> indices in tags
     integer, intent(inout) :: order(:)
-    !> whether `order` is filled already; default no
+    !> present: the indices in `order` are sorted; absent: all indices 1 to size(order)
     logical, intent(in), optional :: is_part
     integer :: half(size(order) / 2), i, j, k
 
@@ -174,6 +177,7 @@ contains
 
   !> Returns the node with a tag; 0 if there is none.
   pure integer function node_with_tag(tags, order, tag) result(i_node)
+    !> tag of each node, and the order of sort_tags; not empty
     integer, intent(in) :: tags(:)
     integer, intent(in) :: order(:)
     integer, intent(in) :: tag

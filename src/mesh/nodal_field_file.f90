@@ -40,7 +40,7 @@ contains
   !> Reads a field. A file whose name ends in .h5 or .hdf5 is an HDF5 file, any other one a gmsh file. Local.
   !>
   !> Errors: a file that cannot be read, or not enough memory; no field of this name, or several; more than one number per node. In
-  !> an HDF5 file also: no node_tags, or another number of them than of values.
+  !> an HDF5 file also: no node_tags, or another number of them than of values; what sig_hdf5_reader refuses.
   subroutine read_raw_field(config, deck_path, field, error)
     !> file and name of the field
     type(field_config_t), intent(in) :: config
@@ -146,7 +146,7 @@ contains
     end if
   end subroutine copy_field
 
-  !> Copies the nodes of a mesh in the same file as the field.
+  !> Copies numbers and places of the nodes of a mesh in the same file as the field; none if the file has no nodes.
   subroutine copy_places(handle, field)
     type(c_ptr), intent(in) :: handle
     type(raw_field_t), intent(inout) :: field

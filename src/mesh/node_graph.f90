@@ -67,13 +67,14 @@ contains
     end do
   end subroutine node_graph
 
-  !> Counts the neighbors of a vertex, and lists them if `neighbors` is allocated.
+  !> Adds the number of neighbors of a vertex to n, and lists them from neighbors(n + 1) on if `neighbors` is allocated.
   pure subroutine visit_neighbors(mesh, vertex_of_node, cell_offsets, cells, i_vertex, own_nodes, last_seen, n, neighbors)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: vertex_of_node(:), cell_offsets(:), cells(:)
     integer, intent(in) :: i_vertex
+    !> nodes of the vertex
     integer, intent(in) :: own_nodes(:)
-    !> last vertex that had each vertex as a neighbor
+    !> last visited vertex that had each vertex as a neighbor, 0 = none; shape (n_vertices)
     integer, intent(inout) :: last_seen(:)
     integer, intent(inout) :: n
     integer, allocatable, intent(inout) :: neighbors(:)

@@ -17,7 +17,8 @@ module sig_surface_geometry
     real(rk), allocatable :: area_vectors(:, :)
     !> [length] mean size of the facets: the length of an edge, the square root of the area of a face
     real(rk) :: mesh_size = 0
-    !> first facet that is not a side of exactly one cell, 0 if there is none; otherwise the geometry is not complete
+    !> number in the mesh of the first facet that is not a side of exactly one cell, and then the geometry is not complete; 0 if
+    !> there is none
     integer :: inner_facet = 0
   end type surface_geometry_t
 
@@ -52,7 +53,7 @@ contains
     end associate
   end subroutine measure_surface
 
-  !> Returns the cells that have all nodes of the facet.
+  !> Returns those of the given cells that have all nodes of the facet.
   pure function cells_with_facet(mesh, i_facet, cells) result(found)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -132,6 +133,7 @@ contains
   pure function nodal_normals(vertices, area_vector) result(vectors)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
+    !> of measure_surface
     real(rk), intent(in) :: area_vector(:)
     real(rk) :: vectors(size(vertices, 1), size(vertices, 2))
     real(rk) :: normal(3), tangents(3, 2)

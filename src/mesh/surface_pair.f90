@@ -65,13 +65,13 @@ contains
                     column=name%column, hint=hint)
   end subroutine refuse
 
-  !> Makes the error that the surfaces do not face each other.
+  !> Makes the error that the surfaces do not face each other, at the deck's name of the first surface.
   pure subroutine refuse_facing(surfaces, error, reason, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
     !> end of the message
     character(*), intent(in) :: reason
-    !> default: the positions of both surfaces, and what may be wrong
+    !> default: where_text
     character(*), intent(in), optional :: hint
     character(:), allocatable :: line, remedy
 
@@ -83,7 +83,7 @@ contains
                 surfaces%entry%second%text // "' do not face each other along " // line // ': ' // reason, error, remedy)
   end subroutine refuse_facing
 
-  !> Returns the positions of both surfaces, by which a user sees wrong names, units or places.
+  !> Returns a hint: the boxes of both surfaces, by which a user sees wrong names, units or places, and what to correct.
   pure function where_text(surfaces) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     character(:), allocatable :: text
@@ -106,6 +106,7 @@ contains
     type(surface_pair_t), intent(in) :: surfaces
     !> whether the nodes lie on the second surface
     logical, intent(in) :: is_second
+    !> these nodes; the message has only their number
     integer, intent(in) :: lonely_nodes(:)
     !> reason, about the first of these nodes
     character(*), intent(in) :: reason
@@ -159,7 +160,7 @@ contains
     type(surface_pair_t), intent(in) :: surfaces
     !> word for what overlaps: `pair` or `node`
     character(*), intent(in) :: what
-    !> [length] smallest overlap
+    !> [length] smallest overlap, positive
     real(rk), intent(in) :: overlap
     type(error_t), allocatable, intent(out) :: error
 
@@ -195,7 +196,7 @@ contains
       short_number(surfaces%first_geometry%mesh_size, fine_digits) // ')'
   end function offset_text
 
-  !> Returns the name of a contact entry for messages.
+  !> Returns the name of a contact entry for messages, `contact[2]`.
   pure function entry_text(i_entry) result(text)
     integer, intent(in) :: i_entry
     character(:), allocatable :: text

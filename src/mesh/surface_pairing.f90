@@ -75,7 +75,7 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Computes mesh size and facets of a surface. Errors: a facet inside a body, a surface that is folded onto itself.
+  !> Computes the geometry of a surface by measure_surface. Errors: a facet inside a body, a surface that is folded onto itself.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -107,7 +107,8 @@ contains
     box(:, 2) = maxval(mesh%coordinates(:, nodes), dim=2)
   end function box_of
 
-  !> Sets one direction for all nodes. Errors: it does not lead out of the first surface and into the second one.
+  !> Sets surfaces%normals to the direction of the deck at all nodes. Errors: the direction has a wrong number of components or is
+  !> zero; on average over the area, it leads into the first body or out of the second one (see lean).
   pure subroutine fix_direction(n_dim, surfaces, error)
     integer, intent(in) :: n_dim
     type(surface_pair_t), intent(inout) :: surfaces
@@ -135,7 +136,7 @@ contains
     end associate
   end subroutine fix_direction
 
-  !> Sets the direction to an obstacle. Errors: the surface faces away from it.
+  !> Sets surfaces%normals to the direction to an obstacle. Errors: on average over its area, the surface faces away from it.
   pure subroutine face_obstacle(surfaces, error)
     type(surface_pair_t), intent(inout) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -170,7 +171,7 @@ contains
     lean = dot_product(sum(geometry%area_vectors, dim=2), direction) / sum(norm2(geometry%area_vectors, dim=1))
   end function lean
 
-  !> Checks that every node has a normal. Errors: facets around a node face opposite directions.
+  !> Checks that every node of the first surface has a normal. Errors: facets around a node face opposite directions.
   pure subroutine check_normals(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -187,9 +188,9 @@ contains
   !> Gives every node of the first surface its partner on the second surface, or the obstacle as its partner (number 0). The partner
   !> is the nearest node along the normal among those whose distance from the normal's line is at most surfaces%tolerance.
   !>
-  !> Errors: surfaces that do not face each other, or overlap everywhere by more than the size of an element; nodes of either
-  !> surface without a partner; a node in two pairs or on both surfaces; those of check_weights and check_partners. Then the pairing
-  !> is not complete.
+  !> Errors: surfaces that do not face each other, or overlap everywhere by more than the first one's mean facet size; nodes of
+  !> either surface without a partner; a node in two pairs or on both surfaces; those of check_weights and check_partners. Then the
+  !> pairing is not complete.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     !> of open_surfaces
@@ -265,8 +266,8 @@ contains
     gap = dot_product(mesh%coordinates(:, second) - mesh%coordinates(:, first), normal)
   end function gap_of_pair
 
-  !> Returns the candidate with the smallest distance along the normal, as its index in second_nodes. There may be several
-  !> candidates, because a line along the normal may meet a surface several times.
+  !> Returns the candidate whose distance along the normal has the smallest absolute value, as its index in second_nodes. There may
+  !> be several candidates, because a line along the normal may meet a surface several times.
   pure integer function nearest_along(mesh, first, second_nodes, candidates, normal) result(i_second)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first
@@ -283,10 +284,12 @@ contains
     i_second = candidates(minloc(gaps, dim=1))
   end function nearest_along
 
-  !> Checks a pair. Errors: the averaged normals of its two nodes do not point to opposite sides.
+  !> Checks a pair, unless the deck gives a direction. Errors: the averaged normals of its two nodes are within 90 degrees of each
+  !> other.
   pure subroutine check_facing(mesh, surfaces, i_first, i_second, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
+    !> indices in surfaces%first_nodes and surfaces%second_nodes
     integer, intent(in) :: i_first, i_second
     type(error_t), allocatable, intent(out) :: error
 
@@ -303,6 +306,7 @@ contains
   pure subroutine claim_nodes(mesh, surfaces, i_first, second, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
+    !> index in surfaces%first_nodes, and node of the mesh
     integer, intent(in) :: i_first, second
     type(pairing_t), intent(inout) :: pairing
     type(error_t), allocatable, intent(out) :: error

@@ -62,7 +62,7 @@ contains
     character(1), allocatable, intent(inout) :: bytes(:)
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
-    !> most bytes in one message; default largest_piece
+    !> most bytes in one message, the same on all ranks; default largest_piece (2**30)
     integer(int64), intent(in), optional :: piece
     integer(int64) :: first, last, length, step
     integer :: rank
@@ -83,7 +83,7 @@ contains
     end do
   end subroutine broadcast_bytes
 
-  !> Gives every rank the text of rank `root`. Collective on comm.
+  !> Gives every rank the text of rank `root`; a text that is not allocated counts as empty. Collective on comm.
   subroutine text_of_rank(root, text, comm, ierr)
     integer, intent(in) :: root
     character(:), allocatable, intent(inout) :: text

@@ -91,7 +91,8 @@ module sig_petsc_support
 
 contains
 
-  !> Starts MPI, PETSc and SLEPc without reading the command line. Collective on all ranks.
+  !> Starts MPI, PETSc and SLEPc without reading the command line. With several ranks, a rank is ended 0.6 s after a stop signal
+  !> (sig_signals) from now on, and ends the others. Collective on all ranks.
   subroutine start_petsc(ierr)
     PetscErrorCode, intent(out) :: ierr
 
@@ -131,8 +132,8 @@ contains
     end if
   end subroutine insert_petsc_options
 
-  !> Returns the PETSc options that no object on this rank has used until now, each as `-name`. A list of more than 4096 characters
-  !> is cut.
+  !> Returns the PETSc options that no object on this rank has used until now, each as `-name`. A list of more than 4095 characters
+  !> is cut. Local.
   subroutine unused_petsc_options(names, ierr)
     type(string_t), allocatable, intent(out) :: names(:)
     PetscErrorCode, intent(out) :: ierr
@@ -229,7 +230,8 @@ contains
     last = slice_end(n_rows, rank + 1, n_ranks)
   end subroutine rows_of_rank
 
-  !> Returns the last row of slice i_slice (1-based) of n_slices nearly equal slices. No intermediate number overflows.
+  !> Returns the last row of slice i_slice (1-based) of n_slices nearly equal slices; 0 for i_slice = 0. No intermediate number
+  !> overflows.
   pure integer function slice_end(n_rows, i_slice, n_slices)
     integer, intent(in) :: n_rows
     integer, intent(in) :: i_slice
