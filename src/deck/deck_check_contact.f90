@@ -71,7 +71,8 @@ contains
     end if
   end subroutine check_direction
 
-  !> Checks place, radius and direction of an obstacle.
+  !> Checks an obstacle. Its place needs finite components, one for each axis; nothing else is checked if their number is wrong. A
+  !> half space needs a valid normal, and check_level; a sphere a valid direction, a radius above 0, and check_on_axis.
   subroutine check_obstacle(tree, path, config, entry)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -105,7 +106,7 @@ contains
     end associate
   end subroutine check_obstacle
 
-  !> Checks that a plane in an axisymmetric model is normal to the axis.
+  !> Checks that a half space in an axisymmetric model is normal to the axis: the radial component of its normal is exactly 0.
   subroutine check_level(tree, path, normal)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -116,7 +117,7 @@ contains
       '; in an axisymmetric model a half space must be normal to the axis', 'write normal: [0, 1] or [0, -1]')
   end subroutine check_level
 
-  !> Checks that a sphere in an axisymmetric model has its center on the axis.
+  !> Checks that a sphere in an axisymmetric model has its center on the axis: r is a constant and exactly 0.
   subroutine check_on_axis(tree, path, radius, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path

@@ -81,7 +81,7 @@ contains
   end subroutine check_point_set
 
   !> Checks a greedy selection: max_points must not be below the number of initial points, and there must be at least as many
-  !> candidates as initial points.
+  !> candidates as initial points, unless a file has the candidates.
   subroutine check_greedy(tree, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     type(greedy_config_t), intent(in) :: greedy
@@ -170,7 +170,7 @@ contains
   end subroutine check_refine
 
   !> Returns the number of points of a set, at most max_points for a grid; huge if a file has the points, because their number is
-  !> not known yet.
+  !> not known yet, or if there is no set.
   pure integer function n_points_of(points) result(n_points)
     type(point_set_config_t), intent(in) :: points
 
@@ -234,7 +234,7 @@ contains
   end subroutine check_output_points
 
   !> Checks that each option has a known prefix, and that each value follows an option, which has at most one value. is_option says
-  !> which words are options.
+  !> which words are options. Stops at the first value that follows no option.
   subroutine check_petsc_options(tree, options)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: options
@@ -265,7 +265,7 @@ contains
   !> accuracy. The text is empty if there is none, or if `linear` is gamg. It begins with option and value, as in
   !> `-fom_pc_type jacobi; it must be ...`.
   pure function complaint_about_options(options, linear) result(complaint)
-    !> names and values with blanks between them
+    !> names and values with one blank between them; after two blanks the value counts as empty
     character(*), intent(in) :: options
     !> solver.linear of the deck
     character(*), intent(in) :: linear

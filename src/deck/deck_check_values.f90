@@ -15,9 +15,9 @@ module sig_deck_check_values
 
 contains
 
-  !> Checks that an expression is finite at the middle and at the corners of the box of the parameters, and adds an error for the
-  !> first of these points where it is not. An expression with coordinates is not checked here, but later on the mesh. Nothing is
-  !> checked if a parameter has no valid range.
+  !> Checks that an expression is finite at the middle and at the corners of the box of the parameters, as check_finite describes.
+  !> An expression with coordinates is not checked here, but later on the mesh. Nothing is checked if a parameter has no valid
+  !> range.
   subroutine check_field(tree, path, parameters, value)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -38,7 +38,7 @@ contains
   end function has_box
 
   !> Checks that a number lies between two bounds. An expression must be finite and lie between them at the middle and at the
-  !> corners of the box of the parameters; it is not checked if a parameter has no valid range.
+  !> corners of the box of the parameters, as check_finite describes; it is not checked if a parameter has no valid range.
   subroutine check_range(tree, path, parameters, value, above, below, unit)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -61,7 +61,8 @@ contains
     end if
   end subroutine check_range
 
-  !> Returns the end of the message for a value that is not between its bounds.
+  !> Returns the end of the message for a value that is not between its bounds: the bound that it breaks.
+  !> Requires: `above` is a whole number.
   pure function range_text(value, above, below) result(text)
     real(rk), intent(in) :: value
     real(rk), intent(in) :: above
@@ -73,13 +74,14 @@ contains
   end function range_text
 
   !> Checks that an expression is finite, and within its bounds if there are any, at the middle and at the corners of the box, where
-  !> divisions by zero are likely. Adds an error for the first of these points where it is not.
+  !> divisions by zero are likely. Corners differ in the first 10 parameters of the expression; all other parameters are at their
+  !> minimum there. Adds an error for the first of these points where it is not. A constant is not checked.
   subroutine check_finite(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
     type(parameter_config_t), intent(in) :: parameters(:)
     type(value_config_t), intent(in) :: value
-    !> lower bound as in check_range; default: any finite value is allowed
+    !> bounds and unit as in check_range, all three or none; default: any finite value is allowed
     real(rk), intent(in), optional :: above
     real(rk), intent(in), optional :: below
     character(*), intent(in), optional :: unit

@@ -76,9 +76,10 @@ contains
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_parameter
 
-  !> Reports an error at the place of the key, because the key is wrong.
+  !> Adds the error `parameters.<name> <message>` at the place of the key, because the key is wrong.
   subroutine report_name(tree, name, message)
     type(deck_tree_t), intent(inout) :: tree
+    !> name of a parameter of the deck
     character(*), intent(in) :: name
     character(*), intent(in) :: message
     integer :: i_node

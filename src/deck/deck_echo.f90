@@ -45,9 +45,9 @@ contains
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
 
-  !> Returns the settings that determine the full-order answer at a parameter point, without the mesh. A snapshot's provenance is
-  !> the hash of this text and of the mesh, which the caller adds. Settings that change no answer are left out, such as the ranges
-  !> of the parameters and the path of the mesh file.
+  !> Returns the settings that determine the full-order answer at a parameter point, without the contents of files. A snapshot's
+  !> provenance is the hash of this text, of the mesh and of the fields, which the caller adds. Settings that change no answer are
+  !> left out, such as the ranges of the parameters and the path of the mesh file.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
@@ -147,6 +147,7 @@ contains
   pure function component_mapping(axes, is_given, values) result(yaml)
     character(*), intent(in) :: axes(:)
     logical, intent(in) :: is_given(:)
+    !> one for each axis
     type(value_config_t), intent(in) :: values(:)
     character(:), allocatable :: yaml
     type(string_t) :: components(count(is_given))

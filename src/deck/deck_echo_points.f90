@@ -24,7 +24,8 @@ contains
     yaml = yaml(:len(yaml) - 1) // ', stiffness: ' // points%stiffness // '}'
   end function training_set
 
-  !> Returns the candidates and the settings of the greedy selection.
+  !> Returns the candidates and the settings of the greedy selection as YAML, `{candidates: {...}, indicator: projection, ...}`;
+  !> `batch` only with the indicator defect.
   pure function greedy_choice(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
     type(point_set_config_t), intent(in) :: points

@@ -17,8 +17,8 @@ module sig_deck_option_safety
 
 contains
 
-  !> Returns a complaint about the first option that may write a file or run code, beginning with the option, or about a quotation
-  !> mark, tab or line end anywhere in the text. It is empty if there is nothing to complain about.
+  !> Returns a complaint about a quotation mark, tab or line end anywhere in the text, or else about the first option that may write
+  !> a file or run code, beginning with the option in lower case. It is empty if there is nothing to complain about.
   pure function complaint_about_writing(options) result(complaint)
     !> options of the deck: names with their values, between blanks
     character(*), intent(in) :: options
@@ -49,6 +49,7 @@ contains
   !> A word after one colon is the name of a file. Viewers of other kinds write to a file by default. A value without a colon counts
   !> only if the option shows something (`showing`), and not if it is a number or one of true, false, yes and no.
   pure logical function names_file(name, value)
+    !> option in lower case; empty for a value before all options
     character(*), intent(in) :: name
     character(*), intent(in) :: value
     integer :: i

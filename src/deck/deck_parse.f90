@@ -82,6 +82,7 @@ contains
   pure function hint_for_slip(message, text, line) result(hint)
     !> libfyaml's message
     character(*), intent(in) :: message
+    !> content of the deck, and the line of the error, 1-based
     character(*), intent(in) :: text
     integer, intent(in) :: line
     character(:), allocatable :: hint

@@ -23,9 +23,9 @@ contains
 
   !> Reads the text of a deck and checks all that needs no other file. Local, and the same text gives the same result on every rank.
   !>
-  !> Errors: all errors in the order of the lines, but after max_errors (40) only how many more there are; none if the deck is
-  !> valid. If there is one, the configuration must not be used. The search ends early after invalid YAML, after values that are
-  !> still FILL_IN, and without parameters.
+  !> Errors: all errors in the order of the lines, but if they are more than 41 only the first 40 and how many more there are; none
+  !> if the deck is valid. If there is one, the configuration must not be used. The search ends early after invalid YAML, after
+  !> values that are still FILL_IN, and without parameters.
   subroutine read_deck(path, text, config, errors)
     !> path as the user gave it: for messages, for the deck's name, and because paths in a deck are relative to it
     character(*), intent(in) :: path
@@ -45,7 +45,8 @@ contains
     call take_first(tree%errors, path, errors)
   end subroutine read_deck
 
-  !> Keeps the first max_errors errors, and adds one that says how many were left out. One more error than that is kept, too.
+  !> Keeps all errors if they are at most max_errors + 1; otherwise the first max_errors, and adds one that says how many were left
+  !> out.
   subroutine take_first(found, path, errors)
     type(error_list_t), intent(in) :: found
     character(*), intent(in) :: path
@@ -78,7 +79,7 @@ contains
     call check_deck(tree, config)
   end subroutine read_sections
 
-  !> Sorts errors by insertion, which is stable: errors of one place stay in the order in which they were found.
+  !> Sorts errors by line and column, by insertion, which is stable: errors of one place stay in the order in which they were found.
   pure subroutine sort_by_line(errors)
     type(error_t), intent(inout) :: errors(:)
     type(error_t) :: error

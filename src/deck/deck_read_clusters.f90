@@ -54,7 +54,8 @@ contains
     call tree%close_mapping(i_clusters)
   end subroutine read_clusters
 
-  !> Reads the target error, and the points where it is measured.
+  !> Reads the key target: the target error, and the points where it is measured. Without the key sets only defaults. Errors: error
+  !> or candidates are missing (the error is then 1), unknown keys, faulty values.
   subroutine read_target(tree, i_clusters, parameters, target)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_clusters

@@ -51,7 +51,8 @@ contains
     call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
   end subroutine read_point_set
 
-  !> Reads the greedy selection of a section, if there is one.
+  !> Reads the greedy selection of a section, if there is one; its candidates then replace `candidates`. Errors: those of
+  !> read_candidates, neither tolerance nor max_points, batch with the indicator projection, unknown keys, faulty values.
   subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -106,7 +107,7 @@ contains
     call check_kind(tree, i_candidates, path, point_sets(:4))
   end subroutine read_candidates
 
-  !> Reads all kinds of point sets that the section has.
+  !> Reads all kinds of point sets that the section has, but for greedy, and the seed. check_kind finds whether the kinds are right.
   subroutine read_kinds(tree, i_section, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -167,7 +168,8 @@ contains
     if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
   end subroutine read_count
 
-  !> Reads the number of points of a grid for each parameter; all parameters must have one.
+  !> Reads the number of points of a grid for each parameter. Errors: a parameter without a number, a faulty number (2 stands in its
+  !> place), a key that is no parameter.
   subroutine read_grid(tree, i_grid, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_grid

@@ -87,7 +87,8 @@ contains
     call tree%close_mapping(i_certificate)
   end subroutine read_certificate
 
-  !> Reads the numbers of modes of the domain, the basis and the multipliers.
+  !> Reads the keys for the modes of the domain, the basis and the multipliers: pod_tolerance, n_modes, extended_pod_tolerance,
+  !> extra_modes, dual_pod_tolerance and normalize.
   subroutine read_modes(tree, i_reduction, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -111,7 +112,7 @@ contains
     !> node of the mapping that has the key
     integer, intent(in) :: i_parent
     character(*), intent(in) :: key
-    !> unchanged for `none` and if the key is missing
+    !> unchanged for `none`, if the key is missing and if the value is no number
     real(rk), intent(inout) :: tolerance
     integer :: i_node
     logical :: is_valid
@@ -208,7 +209,8 @@ contains
     call tree%close_mapping(i_enrichment)
   end subroutine read_enrichment
 
-  !> Reads `auto`, or a list whose entries are boundary names, mappings {boundary: name, window: {...}}, or the word auto.
+  !> Reads `auto`, or a list whose entries are boundary names, mappings {boundary: name, window: {...}}, or the word auto. Errors:
+  !> another value; auto, or a boundary without a window, twice; those of read_zone.
   subroutine read_zones(tree, i_reduction, model, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -244,7 +246,8 @@ contains
     end do
   end subroutine read_zones
 
-  !> Reads a name, or {boundary: name, window: {...}}.
+  !> Reads a name, or {boundary: name, window: {...}}. Errors: no name; a window without axis or bound, or with min >= max; unknown
+  !> keys.
   subroutine read_zone(tree, i_node, model, zone)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -262,7 +265,7 @@ contains
     end if
   end subroutine read_zone
 
-  !> Whether the list already has this boundary without a window.
+  !> Whether the list already has the boundary of this zone without a window; false if this zone has a window or no name.
   pure logical function is_there(zones, zone)
     type(zone_config_t), intent(in) :: zones(:)
     type(zone_config_t), intent(in) :: zone

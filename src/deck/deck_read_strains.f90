@@ -41,7 +41,8 @@ contains
     end do
   end subroutine read_imposed_strains
 
-  !> Reads an entry: exactly one of temperature, field and strain.
+  !> Reads an entry: exactly one of temperature, field and strain, and the reference, which a temperature needs (also from a field)
+  !> and a strain must not have.
   subroutine read_entry(tree, i_entry, model, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -71,7 +72,7 @@ contains
     end if
   end subroutine read_entry
 
-  !> Marks all other keys of an entry as known after an error, so that they cause no further errors.
+  !> Marks the keys reference and factor of an entry as known after an error, so that they cause no further errors.
   subroutine forget_rest(tree, i_entry)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -81,7 +82,8 @@ contains
     ignored = tree%find(i_entry, 'factor')
   end subroutine forget_rest
 
-  !> Reads a field from a file and the factor of its values.
+  !> Reads file and name of a field, its quantity (temperature sets is_thermal, strain clears it), and the factor of its values, by
+  !> default 1.
   subroutine read_field(tree, i_entry, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -179,6 +181,7 @@ contains
   subroutine read_value(tree, i_node, wanted, may_use_coordinates, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
+    !> as in value_of
     character(*), intent(in) :: wanted
     logical, intent(in) :: may_use_coordinates
     type(value_config_t), intent(inout) :: value

@@ -87,6 +87,7 @@ contains
   !> Sets the default output point, the middle of the box.
   subroutine set_middle(parameters, points)
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> shape (n_parameters, 1)
     real(rk), allocatable, intent(out) :: points(:, :)
 
     integer :: i
@@ -98,6 +99,7 @@ contains
   end subroutine set_middle
 
   !> Returns the middle of a parameter's range, rounded to 12 digits because it becomes a label: 0.06 and not 0.060000000000000005.
+  !> It never lies outside of the range.
   real(rk) function middle_of(parameter) result(middle)
     type(parameter_config_t), intent(in) :: parameter
     character(24) :: digits
@@ -143,7 +145,8 @@ contains
     end do
   end subroutine read_field
 
-  !> Reads points with a value for each parameter.
+  !> Reads output.points, each with a value for each parameter; without the key they stay as they are. The default point's value
+  !> replaces a missing or faulty one.
   subroutine read_points(tree, i_output, parameters, output)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_output

@@ -31,7 +31,7 @@ module sig_deck_tree
     !> line and column of the key; for an entry of a list those of the value
     integer :: key_line = 0
     integer :: key_column = 0
-    !> whether the text stands in quotes
+    !> whether the text stands in quotes, or is a block after | or >
     logical :: is_quoted = .false.
     !> whether `find` has returned this node, or refuse_key has reported it
     logical :: was_read = .false.
@@ -128,7 +128,7 @@ contains
   end function is_empty
 
   !> Returns the key path of a node, such as `materials.disk.poisson_ratio` or `contact[1].direction[2]` (entries of lists count
-  !> from 1); for the root `the deck`.
+  !> from 1); for the root `the deck`. A key of more than 60 bytes is cut as in `shown`.
   pure recursive function key_path(this, i_node) result(path)
     class(deck_tree_t), intent(in) :: this
     integer, intent(in) :: i_node
@@ -148,7 +148,7 @@ contains
     end if
   end function key_path
 
-  !> Returns the node with this key path. If the deck does not have it, returns the nearest node above it.
+  !> Returns the node with this key path. If the deck does not have it, returns the nearest node above it, at last the root.
   pure integer function node_at(this, path) result(i_node)
     class(deck_tree_t), intent(in) :: this
     character(*), intent(in) :: path
@@ -273,6 +273,7 @@ contains
   !> reported with a hint, so the key needs no message.
   pure logical function is_split_expression(this, i_before, i_node)
     type(deck_tree_t), intent(in) :: this
+    !> node before it in the mapping, and the key's node
     integer, intent(in) :: i_before
     integer, intent(in) :: i_node
 

@@ -171,7 +171,8 @@ contains
     if (i_node > 0) call name_of(tree, i_node, name)
   end subroutine get_name
 
-  !> Reads names of the mesh below a key; none without a list. Errors: no list; empty if is_required; a name twice; no name ('').
+  !> Reads names of the mesh below a key; none without a list. Errors: missing or empty if is_required; no list; a name twice; an
+  !> entry that is no text, or an empty one. The name of such an entry is empty.
   subroutine get_names(tree, i_parent, key, is_required, names)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent

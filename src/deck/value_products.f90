@@ -20,9 +20,9 @@ module sig_value_products
 
 contains
 
-  !> Splits an expression at its operators + - * / outside of parentheses. An expression of the parameters alone, or of the
-  !> coordinates alone, is one product. Nothing is split if an operator such as < or ? stands outside of parentheses: then the whole
-  !> text is one factor.
+  !> Splits an expression at its operators + - * / outside of parentheses into products of parameters and place. An expression of
+  !> the parameters alone, of the coordinates alone, or of neither is one product. Nothing is split if an operator such as < or ?
+  !> stands outside of parentheses: then the whole text is one factor.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     !> a valid expression of these names
     character(*), intent(in) :: text
@@ -150,7 +150,7 @@ contains
     if (ends_in_exponent .and. before > 0) ends_in_exponent = scan(head(before:before), '+-*/^(, ') > 0
   end function ends_in_exponent
 
-  !> Whether any of the names occurs in the text.
+  !> Whether any of the names occurs in the text as a whole word.
   pure logical function depends_on(text, names)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
