@@ -9,8 +9,8 @@ module sig_farthest_points
 contains
 
   !> Returns the numbers of n_wanted points: first the point nearest to the middle of the box, then each time the point that is
-  !> farthest from the chosen ones; of equal distances the first point. Distances are Euclidean, after the box was scaled to sides
-  !> of length 1.
+  !> farthest from the chosen ones; of distances that are equal up to rounding the first point. No point is chosen twice. Distances
+  !> are Euclidean, after the box was scaled to sides of length 1.
   pure function farthest_points(points, box, n_wanted) result(chosen)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
@@ -34,7 +34,7 @@ contains
     end do
   end function farthest_points
 
-  !> Returns the squared distances of the points from a place.
+  !> Returns the squared distances of the points from a place, after the box was scaled to sides of length 1.
   pure function squares(points, box, place)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: box(:, :)
@@ -47,7 +47,7 @@ contains
     end do
   end function squares
 
-  !> Returns the number of the first of the largest values; values that differ by rounding count as equal.
+  !> Returns the number of the first of the largest values; values that differ by at most 1e-10 count as equal.
   pure integer function first_of(values) result(i_first)
     real(rk), intent(in) :: values(:)
     real(rk), parameter :: rounding = 1.0e-10_rk

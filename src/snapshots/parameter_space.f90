@@ -26,8 +26,8 @@ contains
   !> Builds the points that a deck asks for. Requires: the set is a grid, a Sobol sequence, a Latin hypercube or a list (CSV file).
   !>
   !> Grid: the first parameter varies slowest, ends included, value i of n is minimum + (maximum - minimum) * (i - 1) / (n - 1);
-  !> a grid of one value takes the minimum. Errors, for a list only: the file is missing or damaged (read_points), or a point is
-  !> outside of the box.
+  !> a grid of one value takes the minimum. Of equal points of a list only the first one is taken, with a warning. Errors, for a
+  !> list only: the file is missing or damaged (read_points), or a point is outside of the box.
   subroutine build_points(point_set, parameters, points, error)
     !> section of the deck that gives the points
     type(point_set_config_t), intent(in) :: point_set
@@ -55,8 +55,9 @@ contains
     if (.not. allocated(error)) call drop_repeats(point_set%path, points)
   end subroutine build_points
 
-  !> Leaves each point in the list once, with a warning.
+  !> Keeps the first of equal points (point_index), and warns if it left points out.
   subroutine drop_repeats(path, points)
+    !> path of the list, for the warning
     character(*), intent(in) :: path
     real(rk), allocatable, intent(inout) :: points(:, :)
     integer :: n_listed

@@ -94,7 +94,8 @@ contains
   !> Reads the next points, at most as many as `points` has columns. n_points is 0 at the end of the list. Requires: open.
   !>
   !> Errors: a line with too few or too many values, or with a value that is no number or outside of the box; no point in the whole
-  !> file; the file cannot be read. Points of the lines before a bad one are set, but n_points counts the bad one, too.
+  !> file; the file cannot be read, or is binary. Points of the lines before a bad one are set, but n_points counts the bad one,
+  !> too.
   subroutine next(self, points, n_points, error, box)
     class(point_list_t), intent(inout) :: self
     !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
@@ -152,7 +153,7 @@ contains
     call list%close()
   end subroutine read_points
 
-  !> Reads the next line that is neither empty nor a comment.
+  !> Reads the next line that is neither empty nor a comment (#). is_found is false at the end of the file and after an error.
   subroutine read_content(self, line, is_found, error)
     class(point_list_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: line
@@ -170,8 +171,8 @@ contains
     end do
   end subroutine read_content
 
-  !> Reads a line. The file is read in blocks of bytes, because libgfortran would keep everything in memory that it reads from a
-  !> pipe without advancing.
+  !> Reads the next line; is_line is false at the end of the file and after an error. The file is read in blocks of bytes, because
+  !> libgfortran would keep everything in memory that it reads from a pipe without advancing.
   !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)
@@ -277,7 +278,7 @@ contains
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
   end function suggestion
 
-  !> Returns a hint for a line with semicolons or tabs.
+  !> Returns a hint for a line with semicolons or tabs, empty for other lines.
   pure function separator_hint(line) result(hint)
     character(*), intent(in) :: line
     character(:), allocatable :: hint
@@ -286,7 +287,8 @@ contains
     if (scan(line, ';' // achar(9)) > 0) hint = 'separate the values by commas, and write decimals with a point (0.5,1.25)'
   end function separator_hint
 
-  !> Returns a hint for a line whose number of values differs from the number of columns.
+  !> Returns a hint for a line whose number of values differs from the number of columns: about semicolons, tabs or decimal commas.
+  !> Empty if there are too few values and neither semicolons nor tabs.
   pure function count_hint(line, n_values, n_columns) result(hint)
     character(*), intent(in) :: line
     integer, intent(in) :: n_values

@@ -32,8 +32,8 @@ module sig_snapshot_buffer
 
 contains
 
-  !> Opens the shard for appending, and starts with an empty buffer. Errors: the file is no shard, is of another deck, mesh, size or
-  !> format, or cannot be written.
+  !> Opens the shard for appending (creates it if it is missing), and starts with an empty buffer. Errors: the file is no shard, is
+  !> of another deck, mesh, size or format, or cannot be written.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> path of the shard
@@ -54,7 +54,8 @@ contains
   end subroutine create
 
   !> Adds records. Writes all records of the buffer if some would otherwise wait, by estimate, for more than 0.9 s, or if their
-  !> displacements have 200 MB. Errors: they cannot be written, or the shard was removed or moved.
+  !> displacements have 200 MB. Errors: they cannot be written, or the shard was removed or moved; all records of the buffer are
+  !> then lost.
   subroutine add(self, records, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> at least one; their arrays are moved into the buffer

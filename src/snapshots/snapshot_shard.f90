@@ -55,7 +55,7 @@ contains
   !> Opens a shard for appending. Creates it if it is missing; cuts off the first damaged record of an existing one and all behind
   !> it.
   !>
-  !> Errors: the file is no shard, is of another deck, mesh, size or format, or cannot be written. Then the file has not changed.
+  !> Errors: the file is no shard, is of another deck, mesh, size or format (it does not change then), or cannot be written.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(shard_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -238,11 +238,13 @@ contains
     end select
   end subroutine open_shard
 
-  !> Writes a record as the doubles of the file; doubles hold whole numbers below 2**53 exactly.
+  !> Writes a record as the doubles of the file, in the order parameters, displacement, multipliers, residuals, seconds,
+  !> n_iterations, reason. Doubles hold whole numbers below 2**53 exactly.
   pure subroutine pack_record(record, sizes, values)
     type(snapshot_record_t), intent(in) :: record
+    !> numbers of parameters, dofs, multipliers and further values
     integer, intent(in) :: sizes(4)
-    !> the last value, the hash, is not set
+    !> shape (sum(sizes) + 1); the last value, the hash, is not set
     real(rk), intent(inout) :: values(:)
     integer :: ends(4)
 

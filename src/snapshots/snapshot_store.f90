@@ -55,7 +55,7 @@ contains
   !> snapshots of one point the last solved one is taken, or the first one if none is solved.
   pure subroutine take_points(set, points, is_missing, numbers)
     type(snapshot_set_t), intent(inout) :: set
-    !> shape (n_parameters, n_points)
+    !> each only once; they replace the parameters of the snapshots, which may differ by rounding; shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> whether the set has no snapshot of the point, shape (n_points)
     logical, intent(out) :: is_missing(:)
@@ -74,7 +74,7 @@ contains
   !> one point the last solved one is taken, or the first one if none is solved.
   pure subroutine pick_records(records, points, picked, is_missing)
     type(snapshot_record_t), intent(inout) :: records(:)
-    !> shape (n_parameters, n_points)
+    !> each only once; they replace the parameters of the records, which may differ by rounding; shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> one per point that has a record
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
@@ -98,7 +98,8 @@ contains
     end do
   end subroutine pick_records
 
-  !> Returns for each point the number of its solution among those found, 0 if it has none.
+  !> Returns for each point the number of its column in `found`: that of the last solved one, or of the first one if none is solved;
+  !> 0 if there is none. Requires: no point occurs twice in `points`.
   pure function columns_of_points(found, reasons, points) result(column_of_point)
     !> shape (n_parameters, n_found)
     real(rk), intent(in) :: found(:, :)
@@ -191,7 +192,7 @@ contains
     call file%close(error)
   end subroutine write_snapshots
 
-  !> Writes the datasets that have a column per record.
+  !> Writes the parameters, displacements, multipliers and residuals, a column per record.
   subroutine write_fields(file, records, n_parameters, length_unit, multiplier_unit)
     type(h5_writer_t), intent(inout) :: file
     type(snapshot_record_t), intent(in), target :: records(:)
@@ -224,7 +225,8 @@ contains
   !> Reads snapshots.h5. Of the displacements only the wanted dofs and points are read into memory.
   !>
   !> Errors: the file is missing, no HDF5 file, has no snapshots, has another format version, is cut off or changed, is of another
-  !> provenance, has datasets that do not fit together, or a solution that is not finite.
+  !> provenance, has datasets that are missing or do not fit together, or values that are not finite in the points, the free
+  !> response or what is read of solved snapshots.
   subroutine read_snapshot_set(path, provenance, set, error, dofs, points, is_missing)
     character(*), intent(in) :: path
     !> provenance of the deck and mesh in use; blank accepts any
@@ -256,7 +258,7 @@ contains
 
   !> Reads all datasets but the displacements, of which it reads the number of dofs.
   !>
-  !> Errors: datasets that do not fit together, a point that is not finite.
+  !> Errors: those of read_head, a missing dataset, datasets that do not fit together, a point that is not finite.
   subroutine read_small_parts(file, path, provenance, set, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path
@@ -304,7 +306,8 @@ contains
     call file%read_block('/displacement', set%first_dof, last, numbers, set%displacement, error)
   end subroutine read_displacement
 
-  !> Errors: a solution contains a value that is not finite, which would spoil all modes; the message names its point.
+  !> Errors: the free response or a solved snapshot contains a value that is not finite, which would spoil all modes. The message
+  !> names the point of the snapshot.
   subroutine refuse_no_numbers(path, set, error)
     character(*), intent(in) :: path
     type(snapshot_set_t), intent(in) :: set

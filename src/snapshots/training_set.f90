@@ -91,7 +91,8 @@ contains
     some%free_response => self%free_response
   end function select_snapshots
 
-  !> Appends further snapshots of the same problem and with the same distribution of dofs.
+  !> Appends further snapshots of the same problem and with the same distribution of dofs. Of their displacements and forces only
+  !> the pointers are copied.
   subroutine append(self, further)
     class(training_set_t), intent(inout) :: self
     type(training_set_t), intent(in) :: further

@@ -43,8 +43,8 @@ contains
   end subroutine keep_largest
 
   !> Returns the ratio of the largest to the smallest singular value of [A, c], the matrix A of decompose_columns with one more
-  !> column c; infinite where the smallest is zero. With n values in `space`, only the min(n_rows, n + 1) largest ones of [A, c]
-  !> count: zeros that keep_largest made of values of A do not. Requires: at least one row.
+  !> column c; infinite where the smallest is zero or not a number. With n values in `space`, only the min(n_rows, n + 1) largest
+  !> ones of [A, c] count: zeros that keep_largest made of values of A do not. Requires: at least one row.
   !>
   !> The squares of the singular values of [A, c] are the roots x of 1 + sum_i z_i**2 / (d_i**2 - x) = 0. The d_i are the singular
   !> values of A, and z = U' c. Where there are fewer values than rows, there is one more d_i = 0, whose z_i is the length of the
@@ -79,7 +79,7 @@ contains
     if (smallest > 0) ratio = largest_root(poles, weights) / smallest
   end function ratio_with_column
 
-  !> Returns the length of a column after its part in the span of orthonormal columns is taken away.
+  !> Returns the length of a column after its part in the span of orthonormal columns is taken away; 0 where only rounding is left.
   pure real(rk) function outside_part(basis, column) result(length)
     !> the orthonormal columns, shape (n_rows, n)
     real(rk), intent(in) :: basis(:, :)

@@ -40,7 +40,8 @@ module sig_curved_rule
 
 contains
 
-  !> Computes the integration points of an edge of three nodes, on the part inside of the window. Requires: rule%n_points = 0.
+  !> Puts into `rule` the integration points of an edge of three nodes, on the part inside of the window. Makes the arrays of `rule`
+  !> large enough. Requires: rule%n_points = 0.
   pure subroutine add_curved_edge(vertices, window, rule)
     !> [length] coordinates of the nodes, both ends first, shape (2, 3)
     real(rk), intent(in) :: vertices(:, :)
@@ -65,8 +66,8 @@ contains
     end do
   end subroutine add_curved_edge
 
-  !> Computes the integration points of a face of six, eight or nine nodes, on the part inside of the window. Requires:
-  !> rule%n_points = 0.
+  !> Puts into `rule` the integration points of a face of six, eight or nine nodes, on the part inside of the window. Makes the
+  !> arrays of `rule` large enough. Requires: rule%n_points = 0.
   pure subroutine add_curved_face(vertices, window, rule)
     !> [length] coordinates of the nodes, corners first, shape (3, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
@@ -96,9 +97,11 @@ contains
     end do
   end subroutine add_curved_face
 
-  !> Returns the reference coordinates of the corners of the unit square. The square is turned so that the bounded coordinate
-  !> changes along t as much as possible.
+  !> Returns the reference coordinates of the corners (s, t) = (0, 0), (1, 0), (1, 1), (0, 1) of the unit square. On a triangle the
+  !> second and the third are the same. The square is turned so that the bounded coordinate changes along t as much as possible: of
+  !> a quadrilateral on that one of both sides along t where it changes less. Without a window it is not turned.
   pure function chosen_corners(i_type, vertices, window) result(corners)
+    !> row of element_types
     integer, intent(in) :: i_type
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -161,7 +164,7 @@ contains
       matmul(facet%corners, square_values(place))))
   end function coordinate_at
 
-  !> Returns the bilinear shape functions of the unit square at (s, t).
+  !> Returns the bilinear shape functions of the corners (0, 0), (1, 0), (1, 1), (0, 1) of the unit square at (s, t).
   pure function square_values(place) result(values)
     !> s and t
     real(rk), intent(in) :: place(2)
@@ -172,7 +175,7 @@ contains
     end associate
   end function square_values
 
-  !> Inserts `cut` into the ascending borders, so that there is one strip more.
+  !> Inserts `cut` into the ascending borders, so that there is one strip more. Requires: `cut` is not beyond the last border.
   pure subroutine insert(cut, borders, n_strips)
     real(rk), intent(in) :: cut
     !> ends of the strips or pieces, ascending; only the first n_strips + 1 count
@@ -278,7 +281,7 @@ contains
     end do
   end subroutine find_pieces
 
-  !> Returns the points of (0, 1) where a quadratic function equals one of the bounds of the window.
+  !> Returns the points of (0, 1) where a quadratic function equals one of the bounds of the window. A double root counts twice.
   pure subroutine find_cuts(places, window, cuts, n_cuts)
     !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)

@@ -44,8 +44,8 @@ contains
 
   !> Compiles a text that may contain the variables in `names`.
   !>
-  !> Errors: message is allocated when the text is empty, longer than 1000 characters or not a valid expression, and says what is
-  !> wrong and where. Then nothing is compiled.
+  !> Errors: message is allocated when the text is empty, longer than 1000 characters, not a valid expression with one value, or
+  !> when memory is short. It says what is wrong, and where in the text if this is known. Then nothing is compiled.
   subroutine create(this, text, names, message)
     !> what was compiled before is freed
     class(expression_t), intent(inout) :: this
@@ -190,7 +190,7 @@ contains
   subroutine call_c(text, names, places, handle, code, position, token, sentence)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
-    !> 1-based
+    !> place of the value of each name among the values that `evaluate` takes, 1-based
     integer, intent(in) :: places(:)
     type(c_ptr), intent(out) :: handle
     integer(c_int), intent(out) :: code

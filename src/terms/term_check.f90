@@ -13,8 +13,9 @@ module sig_term_check
 
 contains
 
-  !> Whether there is at least one term, every source is of a known kind, its arrays have shapes that fit together and finite
-  !> places, and all its indices point at terms, places and coordinates that exist. The texts of expressions are not checked.
+  !> Whether there is at least one term, and every source is sound: its kind is known, the shapes of its arrays fit together and to
+  !> n_dim, its places are finite, its orientations are 1 or -1, its facets are of known types, and its indices point at terms,
+  !> places and coordinates that exist, or are 0 where 0 means none. The texts of expressions are not checked.
   pure logical function are_sound_terms(terms, n_dim)
     type(term_set_t), intent(in) :: terms
     !> number of coordinates, 2 or 3
@@ -66,7 +67,8 @@ contains
     has_sound_window = source%component >= 0 .and. source%component <= n_dim .and. source%axis >= 0 .and. source%axis <= n_dim
   end function has_sound_window
 
-  !> Whether each column of the table of facets has nodes first, then zeros, and as many nodes as a known edge or face has.
+  !> Whether the table of facets has 4 to max_facet_nodes rows, and each column has nodes that exist first, as many as a known edge
+  !> (n_dim = 2) or face (n_dim = 3) has, then zeros.
   pure logical function has_sound_facets(source, n_dim)
     type(term_source_t), intent(in) :: source
     integer, intent(in) :: n_dim

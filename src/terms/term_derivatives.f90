@@ -40,7 +40,7 @@ contains
     integer, intent(in) :: direction
     !> [per unit of a parameter] shape (n_terms, n_parameters)
     real(rk), contiguous, intent(inout) :: derivatives(:, :)
-    !> whether some term has different slopes on both sides, or has a slope on one side only; shape (n_parameters)
+    !> whether some term has different slopes on both sides, or lacks a slope on one or both; shape (n_parameters)
     logical, intent(out) :: is_kink(:)
     !> first parameter, 1-based, for which a term has no derivative towards `direction`, because the term jumps or has no finite
     !> value beside the point; 0 = none
@@ -94,10 +94,10 @@ contains
     if (any(is_open)) call take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
   end subroutine differentiate
 
-  !> Sets the slopes that are still open: the mean of the limits on both sides where these are equal, else the limit on the side
-  !> `direction`. is_kink: the second case occurs; is_found: no wanted limit is missing.
+  !> Sets the slopes that are still open: the mean of the limits on both sides where these differ by at most 1e-6 of the larger one
+  !> plus `noise`, else the limit on the side `direction`. is_kink: the second case occurs; is_found: no wanted limit is missing.
   pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
-    !> slopes below, in the middle and above at all steps, shape (n_terms, 3, n_steps)
+    !> slopes below, central slopes and slopes above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)
     !> whether the terms have finite values below and above at the last step
     logical, intent(in) :: has_side(-1:)
@@ -176,9 +176,9 @@ contains
     if (.not. has_side(1)) values(:, 1:2) = 0
   end subroutine evaluate_beside
 
-  !> Whether the slopes of both sides equal the central slope up to rounding, for each term.
+  !> Whether the slopes of both sides differ from the central slope by at most 1e-6 of the larger one plus `noise`, for each term.
   pure function are_same(sides, noise)
-    !> slopes below, in the middle and above, shape (n_terms, 3)
+    !> slopes below, central slopes and slopes above, shape (n_terms, 3)
     real(rk), intent(in) :: sides(:, -1:)
     !> [per unit of the parameter] rounding error of a slope, shape (n_terms)
     real(rk), intent(in) :: noise(:)
@@ -189,7 +189,8 @@ contains
     end associate
   end function are_same
 
-  !> Returns the slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h.
+  !> Returns the slopes from the values on one side: (-3 f_0 + 4 f_1 - f_2) / 2h, where h = side * step, and f_i is the value at i
+  !> h.
   pure function slope_of_side(values, side, step) result(slopes)
     !> values of the terms at the steps -2 to 2, shape (n_terms, 5)
     real(rk), intent(in) :: values(:, -2:)

@@ -53,7 +53,8 @@ contains
 
   !> Reads a term set. Indices in it are not checked here (are_sound_terms). If `error` is allocated before, nothing is read.
   !>
-  !> Errors: a dataset is missing, or has another type or rank; the number of sources is not the one that the file says.
+  !> Errors: a dataset or an attribute is missing, or has another type or rank; the number of sources is not the one that the file
+  !> says.
   subroutine read_terms(file, group, path, parameter_names, terms, error)
     type(h5_reader_t), intent(in) :: file
     !> path of the group in the file

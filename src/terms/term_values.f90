@@ -57,7 +57,7 @@ module sig_term_values
 contains
 
   !> Copies `terms`, compiles their expressions, and integrates each facet of the surface loads for the load value 1. Errors:
-  !> message is allocated when a text is not a valid expression; then nothing is compiled.
+  !> message is allocated when a text is not a valid expression; then nothing is compiled. What was compiled before is freed.
   subroutine create(self, terms, message)
     class(term_values_t), intent(inout) :: self
     type(term_set_t), intent(in) :: terms
@@ -104,7 +104,7 @@ contains
     end if
   end subroutine create_handles
 
-  !> Tabulates the facets of a surface load: at a point, only facets that the window cuts or with an uneven load are integrated.
+  !> Stores box, nodes and nodal forces under the load value 1 of each facet of a surface load: they are the same at all points.
   subroutine tabulate_facets(terms, source, handles)
     type(term_set_t), intent(in) :: terms
     type(term_source_t), intent(in) :: source
@@ -158,8 +158,8 @@ contains
     end do
   end function scales
 
-  !> Computes the values of all terms at one point. If a value is infinite or not a number, is_valid is false, i_source says which
-  !> source gave it, and theta is incomplete. Requires: create.
+  !> Computes the values of all terms at one point. If a value or a bound of a window is infinite or not a number, is_valid is
+  !> false, i_source says which source gave it, and theta is incomplete. Requires: create.
   subroutine evaluate(self, point, theta, is_valid, i_source)
     class(term_values_t), intent(inout) :: self
     !> values of the parameters, shape (n_parameters)
@@ -220,7 +220,7 @@ contains
     end do
   end subroutine add_places
 
-  !> Adds the nodal forces of a surface load.
+  !> Adds the nodal forces of a surface load to theta. is_valid: load and bounds have finite values; else theta is incomplete.
   subroutine add_surface(self, i_source, point, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
@@ -269,7 +269,7 @@ contains
     end do
   end subroutine add_nodal_forces
 
-  !> Integrates the load over one facet by the points of self%rule and adds the nodal forces to their terms.
+  !> Adds the forces on one facet, integrated by the points of self%rule, to theta. is_valid: all load values are finite.
   subroutine add_facet(self, i_source, i_facet, value, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
@@ -303,7 +303,7 @@ contains
     end associate
   end subroutine add_facet
 
-  !> Computes the force of the load value 1 at point i of a rule, in length**(n_dim - 1); axisymmetric: length**2.
+  !> Computes the force of the load value 1 at point i of a rule, times its weight; arguments and units as in facet_forces.
   pure subroutine point_force(rule, i, component, orientation, is_round, force)
     type(facet_rule_t), intent(in) :: rule
     integer, intent(in) :: i

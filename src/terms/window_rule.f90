@@ -35,7 +35,8 @@ module sig_window_rule
 contains
 
   !> Returns the integration points of an edge (n_dim = 2), or of a triangle or quadrilateral (n_dim = 3), on the part inside of the
-  !> window; no points if the facet lies outside. Linear and quadratic facets are known.
+  !> window; no points if the facet lies outside. Where the window does not cut facets (is_cut is false), the points are those of
+  !> the whole facet, or none. Linear and quadratic facets are known.
   pure function facet_rule(vertices, window) result(rule)
     !> [length] coordinates of the nodes, corners first, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
@@ -124,7 +125,8 @@ contains
   end subroutine facet_box
 
   !> Returns facet_outside (0), facet_cut (1) or facet_inside (2) for the box of a facet. A facet that only touches the window, with
-  !> no area inside, is outside. So is every facet if the minimum of the window is larger than its maximum.
+  !> no area inside, is outside. So is every facet if the minimum of the window is larger than its maximum. Without a window (axis =
+  !> 0) all are inside.
   !>
   !> Where the window does not cut facets (is_cut is false), a facet is inside if its box is inside up to rounding, and else
   !> outside.
@@ -152,7 +154,7 @@ contains
     end associate
   end function facet_position
 
-  !> Puts the points of a linear edge into the empty `rule`.
+  !> Puts the points of a linear edge, on the part inside of the window, into the empty `rule`.
   pure subroutine cut_edge(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -174,7 +176,7 @@ contains
   end subroutine cut_edge
 
   !> Returns the interval of (0, 1) on which a linear function from `first` to `last` lies between the bounds. If there is none, the
-  !> end of the interval is not larger than its start.
+  !> end of the interval is not larger than its start. Requires: the minimum of the window is not above its maximum.
   pure function piece_inside(first, last, window) result(piece)
     !> [length]
     real(rk), intent(in) :: first
@@ -190,8 +192,8 @@ contains
     end if
   end function piece_inside
 
-  !> Puts the points of a linear face into the empty `rule`. The face is the image of the unit square (s, t). On a triangle the side
-  !> s = 1 of the square is only a point, the second node.
+  !> Puts the points of a linear face, on the part inside of the window, into the empty `rule`. The face is the image of the unit
+  !> square (s, t). On a triangle the side s = 1 of the square is only a point, the second node.
   pure subroutine cut_face(vertices, window, rule)
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
@@ -230,7 +232,7 @@ contains
   end function best_corners
 
   !> Compares how much the coordinate changes along t on the side s = 0 and on the side s = 1. Returns the smaller change divided by
-  !> the larger one, or 0 where the signs of both differ.
+  !> the larger one, or 0 where the signs of both differ or one is 0.
   pure real(rk) function evenness(places)
     !> [length] bounded coordinate of the corners (0, 0), (1, 0), (1, 1), (0, 1)
     real(rk), intent(in) :: places(4)
