@@ -85,7 +85,8 @@ contains
     call write_topology(mesh, self%file, self%mesh)
   end subroutine create
 
-  !> Starts the next parameter point: all that the add procedures write from here on, except for add_shared_array, belongs to it.
+  !> Starts the next parameter point: all that the add procedures write from here on, except for add_shared_array, belongs to it. A
+  !> file without points has one grid; its arrays stand at the root of the HDF5 file.
   subroutine start_point(self, label, parameters)
     class(field_file_t), intent(inout) :: self
     !> name of the point in ParaView, e.g. `squeeze = 0.2`
@@ -119,7 +120,7 @@ contains
     allocate (self%grid%fields(0), self%grid%numbers(0))
   end subroutine start_grid
 
-  !> Ends the grid of the present point, or of the mesh where there is no point.
+  !> Appends the grid of the present point, or the one of a file without points, to the text of the XDMF file.
   subroutine end_grid(self)
     class(field_file_t), intent(inout) :: self
 
@@ -261,7 +262,7 @@ contains
     all_values(:size(values, 1), :) = values
   end function padded
 
-  !> Whether the sizes are right. A wrong size is an error of the code; it must not lead to a file that no viewer opens.
+  !> Whether n = n_expected. If not, keeps an error for close, unless there is one already: no viewer would open such a file.
   logical function is_size_right(self, name, n, n_expected)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -40,7 +40,8 @@ contains
     end if
   end subroutine write_topology
 
-  !> Returns the type and the nodes of each cell, one cell after the other. Points and lines have their number of nodes in between.
+  !> Returns the XDMF number of the type and the nodes (output_nodes) of each cell, one cell after the other. Points and lines of
+  !> two nodes have their number of nodes in between.
   pure function mixed_topology(mesh) result(topology)
     type(mesh_t), intent(in) :: mesh
     integer, allocatable :: topology(:)

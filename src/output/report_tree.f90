@@ -79,7 +79,7 @@ contains
     self%entries(1)%key = ''
   end subroutine start
 
-  !> Returns the slot of a key below a parent, or the free slot for a new key.
+  !> Returns the slot of a key below a parent, or the free slot for a new key. i_parent is the number of an entry.
   pure integer function slot_of(self, key, i_parent) result(i_slot)
     class(report_tree_t), intent(in) :: self
     character(*), intent(in) :: key
@@ -120,7 +120,7 @@ contains
     if (2 * i > size(self%slots)) call spread_out(self)
   end subroutine append
 
-  !> Doubles the number of entries. Texts are moved and not copied, because copies would take long.
+  !> Makes the array of entries twice as long. Texts are moved and not copied, because copies would take long.
   pure subroutine grow(entries)
     type(entry_t), allocatable, intent(inout) :: entries(:)
     type(entry_t), allocatable :: longer(:)
@@ -230,7 +230,7 @@ contains
     end associate
   end subroutine add_entry
 
-  !> Adds the lines with an indent; empty lines get none.
+  !> Adds the lines with an indent; leaves out empty lines.
   subroutine add_indented(lines, indent, buffer)
     character(*), intent(in) :: lines
     character(*), intent(in) :: indent

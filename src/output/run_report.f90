@@ -162,7 +162,7 @@ contains
     call add_missing(self, section, key, value, block, left_out)
   end subroutine complete
 
-  !> Whether an earlier report has the same deck (with its defaults) and the same provenance.
+  !> Whether this report has a deck (with its defaults) and a provenance, and an earlier report has the same ones.
   logical function is_same_study(self, earlier)
     class(run_report_t), intent(in) :: self
     character(*), intent(in) :: earlier
@@ -179,8 +179,8 @@ contains
     end do
   end function is_same_study
 
-  !> Adds a key of a section, or a value at the top, unless the report has it or left_out names it as out of date. Empties the
-  !> block.
+  !> Adds a key of a section, or a value at the top, unless the report has it, left_out names it as out of date, or value and block
+  !> are empty. Adds no key to a section that is a value or a block in this report. Empties the block.
   subroutine add_missing(self, section, key, value, block, left_out)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: section

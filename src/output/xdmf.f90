@@ -63,7 +63,7 @@ contains
     text = '    </Grid>' // nl // '  </Domain>' // nl // '</Xdmf>' // nl
   end function xdmf_tail
 
-  !> Returns topology and geometry, which are the same for each point.
+  !> Returns the text of topology and geometry, which are the same for each point.
   pure function mesh_text(h5_name, mesh) result(text)
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
@@ -144,9 +144,9 @@ contains
       item_text(h5_name, field%address, sizes, field%is_integer) // '        </Attribute>' // nl
   end function field_text
 
-  !> Returns the attribute type of a field. A symmetric tensor is written as a matrix of one row, because the readers of VTK read
-  !> XDMF's type Tensor6 in different orders of the components. They keep the order of a matrix, and six components are xx, yy, zz,
-  !> xy, yz, xz in VTK.
+  !> Returns the attribute type of a field: Scalar (1), Vector (3), else Matrix. A symmetric tensor is written as a matrix of one
+  !> row, because the readers of VTK read XDMF's type Tensor6 in different orders of the components. They keep the order of a
+  !> matrix, and six components are xx, yy, zz, xy, yz, xz in VTK.
   pure function value_name(n_components) result(name)
     integer, intent(in) :: n_components
     character(:), allocatable :: name
@@ -161,7 +161,7 @@ contains
     end select
   end function value_name
 
-  !> Returns a reference to an array. The sizes are in the order of h5py.
+  !> Returns the text of a reference to an array at a path (address) of the HDF5 file. The sizes are in the order of h5py.
   pure function item_text(h5_name, address, sizes, is_integer) result(text)
     character(*), intent(in) :: h5_name
     character(*), intent(in) :: address
