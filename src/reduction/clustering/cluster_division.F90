@@ -81,8 +81,9 @@ contains
       format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
-  !> Clusters the cells of the grid by the principal angles between their POD modes, and fills model%choice. Collective on all
-  !> ranks. Source: section 4.1. Errors: those of need_whole_grid, find_medoids and check_clusters.
+  !> Clusters the cells of the grid by the principal angles between their POD modes, merges small clusters if the deck asks for it,
+  !> and fills model%choice. Collective on all ranks. Source: section 4.1. Errors: those of need_whole_grid, find_medoids and
+  !> check_clusters.
   subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -130,7 +131,8 @@ contains
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
-  !> Clusters the snapshots by the angles between them, and trains a forest on their labels unless merging leaves one cluster.
+  !> Clusters the snapshots by the angles between them, merges small clusters if the deck asks for it, fills model%choice, and
+  !> trains a forest on the labels unless there is only one cluster.
   !> Collective on all ranks. Source: section 4.2. Errors: those of find_medoids, check_clusters and train_forest.
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
@@ -158,8 +160,8 @@ contains
     PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  !> Finds n_clusters clusters, or, with n_clusters = 0, the number with the best separated clusters. Local, with the same result on
-  !> every rank. Errors: those of find_medoids.
+  !> Finds n_clusters clusters, or, with n_clusters = 0, the number up to clusters.max_number with the best separated clusters.
+  !> Local, with the same result on every rank. Errors: those of find_medoids.
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -184,7 +186,8 @@ contains
     options%seed = clusters%seed
   end function medoid_options
 
-  !> Whether some cluster has too few snapshots and the deck asks to merge such clusters. False where there is only one cluster.
+  !> Whether some cluster has fewer snapshots than clusters.min_snapshots and the deck asks to merge such clusters. False where
+  !> there is only one cluster.
   pure logical function has_small_cluster(deck, clusters, found)
     type(deck_config_t), intent(in) :: deck
     type(cluster_t), intent(in) :: clusters(:)
@@ -204,7 +207,8 @@ contains
     end do
   end function sizes_of
 
-  !> Merges the smallest cluster (of equal ones the first) into another one, and writes that to the log.
+  !> Merges the cluster with the fewest snapshots (of equal ones the first) by merge_cluster, and writes that to the log. `clusters`
+  !> does not change.
   subroutine dissolve_small(deck, dissimilarity, clusters, found)
     type(deck_config_t), intent(in) :: deck
     !> as in find_medoids

@@ -35,7 +35,8 @@ contains
   !> irregular clusters the forest is trained again on all snapshots, which also writes its files. For regular clusters the rule of
   !> choice gets new labels of the cells. Collective on division%comm, with the same result on each rank.
   !>
-  !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained.
+  !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained; the clusters
+  !> are split nevertheless.
   subroutine split_cluster(deck, snapshots, k, division, is_split, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> all snapshots of the training
@@ -69,8 +70,9 @@ contains
     end if
   end subroutine split_cluster
 
-  !> Trains the forest of a division again on its first n_labeled snapshots, and writes its files labels.csv and forest.h5 into the
-  !> results folder. Collective on division%comm. Requires: irregular clusters. Errors: the forest cannot be trained.
+  !> Trains the forest of a division again on the first n_labeled snapshots and their clusters, and writes its files labels.csv and
+  !> forest.h5 into the results folder. Collective on division%comm. Requires: irregular clusters. Errors: the forest cannot be
+  !> trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -168,7 +170,7 @@ contains
     if (.not. allocated(error)) is_second = found%labels == 2
   end function second_half
 
-  !> Returns the cluster of each snapshot. Each snapshot must be in one cluster only.
+  !> Returns the cluster of each snapshot, 0 for a snapshot in none. Each snapshot must be in one cluster at most.
   pure function labels_of(clusters) result(labels)
     type(cluster_t), intent(in) :: clusters(:)
     integer, allocatable :: labels(:)

@@ -40,7 +40,8 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine need_forest_tool
 
-  !> Writes a warning to the log where need_forest_tool has an error, for commands before the training. Collective on all ranks.
+  !> Writes a warning to the log where need_forest_tool has an error other than a stop, for commands before the training. Collective
+  !> on all ranks.
   subroutine warn_of_missing_tool(deck, ierr)
     type(deck_config_t), intent(in) :: deck
     PetscErrorCode, intent(out) :: ierr
