@@ -40,8 +40,9 @@ module sig_enrichment
 contains
 
   !> Chooses hats by the rule. The greedy choice adds hats until kappa is small enough and the rank is full, until max_hats is
-  !> reached, or until no candidate is left. It adds none where that is so from the start. Without it all candidates are added in
-  !> their order. With is_auto, neither adds a hat where the rank is full without hats.
+  !> reached, or until no candidate is left. It adds none where that is so from the start. Without it (is_greedy is false) all
+  !> candidates are added in their order, whatever max_hats is. With is_auto, neither adds a hat where the rank is full without
+  !> hats.
   !>
   !> Each hat adds a column to M = B[A_lambda, A_c] V[A_c]. This column is zero except in the contact row of the hat. Source:
   !> Algorithm 1, (11), (12). Local. Of nearly equal candidates the first is taken. Cost: per hat one decomposition of M, and per
@@ -124,7 +125,8 @@ contains
     end associate
   end function is_finished
 
-  !> Returns the index of the candidate that gives the smallest ratio of singular values; of nearly equal ones the first.
+  !> Returns the index of the candidate that is left and gives the smallest ratio of singular values (ratio_with_column); of nearly
+  !> equal ones the first. Requires: a candidate is left.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
     !> of M with the hats so far, without the singular values that count as zero
     type(column_space_t), intent(in) :: space

@@ -35,8 +35,9 @@ contains
 
   !> Returns at most one hat per contact row of the domain, in the order of the rows. The hat is on the preferred side, or on the
   !> other one where the preferred side cannot have a hat. A row where neither side can have one has no hat. A side can have a hat
-  !> if a node can move along the normal without changing other rows: on the first side the owner of the row, with which owners of
-  !> other rows may have to move (more_nodes); on the second side its only node, if no other row has that node.
+  !> if a node can move along the normal (some component there is not prescribed) without changing other rows: on the first side the
+  !> owner of the row, with which owners of other rows may have to move (more_nodes); on the second side its only node, if no other
+  !> row has that node.
   !>
   !> The hats of both sides change B V in the same way except for the sign, so both give the same kappa. Source: section 3.3. Local.
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
@@ -56,8 +57,8 @@ contains
     hats = select_hats(hats, movable(hats))
   end function hats_of_rows
 
-  !> Returns the hats of both sides of every contact row of the domain (L_C = A_c of [9]): first all hats of one side, then those of
-  !> the other. Arguments as for hats_of_rows.
+  !> Returns the hats of both sides of every contact row of the domain (L_C = A_c of [9]), where a side can have one: first all hats
+  !> of one side, then those of the other. Conditions and arguments as for hats_of_rows.
   pure function hats_of_all_nodes(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -86,9 +87,9 @@ contains
     hats%more_values = reshape([one%more_values, other%more_values], [n_dim, size(hats%more_nodes)])
   end function joined
 
-  !> Returns the hats of one side: one per row of the domain, with zeros where there is no hat. The hats of the first side are on
-  !> the owners of the rows. The second side has hats only where it is a single node. A hat must not change other rows. A node of
-  !> other rows has therefore a hat only on the first side, and only where the owners of these rows can follow.
+  !> Returns the hats of one side: one per row of the domain, with values and entry 0 where there is no hat. The hats of the first
+  !> side are on the owners of the rows. The second side has hats only where it is a single node. A hat must not change other rows.
+  !> A node of other rows has therefore a hat only on the first side, and only where the owners of these rows can follow.
   pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain

@@ -164,7 +164,7 @@ contains
   !> which the dofs of the snapshots are spread.
   subroutine decompose_contact_parts(snapshots, response, theta, is_normalized, comm, pod, ierr)
     type(training_set_t), intent(in) :: snapshots
-    !> [length] G, the elastic response to each term, all dofs on every rank, shape (n_dofs, n_terms)
+    !> [length] G, the elastic response to each term, all dofs on every rank, shape (n_dofs, n_terms or more)
     real(rk), intent(in) :: response(:, :)
     !> [-] values of the terms, shape (n_terms, n_snapshots); with n_terms = 0 the whole displacements are decomposed
     real(rk), intent(in) :: theta(:, :)

@@ -12,7 +12,7 @@ module sig_pod_rank
 contains
 
   !> Returns the number of modes of a reduced model: as many as the tolerance asks for (20), but at most available_modes, that is,
-  !> none that is rounding. Local.
+  !> none that is rounding. 0 where all values are zero. Local.
   pure integer function pod_rank(singular_values, tolerance) result(n_modes)
     !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)

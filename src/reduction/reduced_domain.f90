@@ -146,7 +146,7 @@ contains
     end do
   end subroutine take_cells_around
 
-  !> Adds all cells around the contact partners of a node.
+  !> Adds all cells around the contact partners of a node, that is, the other nodes of its contact rows.
   pure subroutine take_partners(mesh, ties, node, growth, is_facing)
     type(mesh_t), intent(in) :: mesh
     type(ties_t), intent(in) :: ties

@@ -133,8 +133,8 @@ contains
       to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
-  !> Returns the warnings about a model, one sentence each, without full stop; none if all is well. Requires: the ranks and
-  !> condition numbers in `cluster`.
+  !> Returns the warnings about a model, one sentence each, without full stop: ranks that are not full, loads that the domain
+  !> misses, a condition number of K_r above 1e8, has_all_hats. Requires: the ranks and condition numbers in `cluster`.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(hhr_data_t), intent(in) :: cluster
     !> both hats of every pair are in the basis
