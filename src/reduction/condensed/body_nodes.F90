@@ -31,9 +31,10 @@ module sig_body_nodes
 
 contains
 
-  !> Starts data%bodies(i_body), a body that has no nodes yet. Local.
+  !> Starts data%bodies(i_body), a body that has no interpolation nodes yet. Local.
   subroutine start_body(problem, constants, i_body, data)
     type(problem_t), intent(in) :: problem
+    !> of this body
     type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
     !> exact_dofs must be set, and bodies allocated
@@ -70,7 +71,8 @@ contains
     end associate
   end function dofs_of_body
 
-  !> Gives each body the nodes of the polynomial degree of a round. Nodes of earlier rounds stay the first ones.
+  !> Gives each body the interpolation nodes of the polynomial degree of a round, without responses for new ones. Nodes of earlier
+  !> rounds stay the first ones.
   subroutine grow_nodes(constants, i_round, data)
     type(body_constants_t), intent(in) :: constants(:)
     !> number of the round, from 0 on
@@ -83,8 +85,8 @@ contains
     end do
   end subroutine grow_nodes
 
-  !> Computes the responses at all nodes that have none yet. Changes `joined` and the stiffness of the team. Collective on all
-  !> ranks, with the same result on each.
+  !> Computes the responses of each body at all of its interpolation nodes that have none yet. Changes `joined` and the stiffness of
+  !> the team. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine fill_nodes(problem, team, joined, data, error, ierr)
@@ -148,9 +150,9 @@ contains
     responses%loaded = responses%loaded - responses%prescribed
   end subroutine solve_node
 
-  !> Appends to data%bodies(i_body) the part of the responses that belongs to this body, as its next node, with the values of the
-  !> first rank. The stiffness of the team does not change. Requires: `responses` are those of solve_node with the constants of this
-  !> node. Collective on all ranks.
+  !> Appends to data%bodies(i_body) the part of the responses that belongs to this body, as those of its next node, with the values
+  !> of the first rank. The stiffness of the team does not change. Requires: `responses` are those of solve_node with the constants
+  !> of this node. Collective on all ranks.
   subroutine add_node(problem, team, responses, i_body, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -213,7 +215,7 @@ contains
     if (mean > 0) data%scale = mean
   end subroutine set_scale
 
-  !> Appends the values of the first rank as one more column, the same on every rank. Collective on all ranks.
+  !> Appends the values of the first rank, column by column, as one more column, the same on every rank. Collective on all ranks.
   subroutine append(values, columns, ierr)
     !> those of the first rank count
     real(rk), intent(in) :: values(:, :)

@@ -27,9 +27,10 @@ module sig_condensed_plan
 
 contains
 
-  !> Chooses the kind of the model. `tied` is a condensed model where W takes too much memory and no body is held by contact only;
-  !> whether it is possible is known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where
-  !> the deck asks for clusters, and where no other kind is possible.
+  !> Chooses the kind of the model. `tied` is a condensed model where W takes more memory than reduction.max_full_order_size, which
+  !> must be above 0, the stiffness is fixed, and no body is held by contact only; whether it is possible is known only when the
+  !> snapshots are there. The choice is hhr where reduction.method asks for it, where the deck asks for two clusters or more or for
+  !> clusters.target, and where no other kind is possible.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
@@ -57,7 +58,8 @@ contains
     end associate
   end subroutine choose_model_kind
 
-  !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can.
+  !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
+  !> contact row, W and q take more memory than reduction.max_full_order_size, or the stiffness may not be factored.
   function why_not_condensed(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -99,8 +101,8 @@ contains
     all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
-  !> Returns the plan for which nodes a condensed model answers displacements, by reduction.displacement and the memory that is
-  !> allowed.
+  !> Returns the plan for which nodes a condensed model answers displacements, by reduction.displacement and, with its type auto,
+  !> the memory that is allowed.
   function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit

@@ -75,7 +75,8 @@ contains
   !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,
   !> with the same result on each.
   !>
-  !> Errors: those of choose_references; the model is there all the same.
+  !> Errors: those of choose_references; the model is there all the same. There is no error where the stiffness could not be
+  !> factored.
   subroutine train_condensed(full_order, snapshots, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
@@ -151,7 +152,7 @@ contains
     PetscCall(sum_over_ranks(team%solver%system%comm, rows, ierr))
   end subroutine share_rows
 
-  !> Gives every rank the numbers of the first rank, because groups of ranks condense on their own and may differ by rounding.
+  !> Gives every rank W, q, G and H of the first rank, because groups of ranks condense on their own and may differ by rounding.
   !> Collective on all ranks.
   subroutine agree(data, ierr)
     class(condensed_data_t), intent(inout) :: data

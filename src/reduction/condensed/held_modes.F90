@@ -60,8 +60,8 @@ contains
     end do
   end subroutine find_held_modes
 
-  !> Returns the free rigid motions, and their amplitudes in each snapshot from its displacements at the supports. Collective on all
-  !> ranks.
+  !> Returns the rigid motions of bodies that only contact holds, and their amplitudes in each snapshot from its displacements at
+  !> the supports. Both are empty where there is no such body. Collective on all ranks.
   subroutine find_motions(system, snapshots, motions, amplitudes, ierr)
     type(contact_system_t), intent(in) :: system
     type(training_set_t), intent(in) :: snapshots

@@ -44,8 +44,8 @@ contains
   !> Trains the whole model: responses at nodes, residuals for bounds of the error, and displacement modes where they are planned.
   !> Afterwards the stiffness of the team is that of other elastic constants. Collective on all ranks, with the same result on each.
   !>
-  !> Errors: a constant is out of its range somewhere in the box; those of interpolate_responses: a body would need more than 170
-  !> nodes, or has too many variable constants; the stiffness could not be factored.
+  !> Errors: an elastic constant is out of its range somewhere in the box; those of interpolate_responses: a body would need more
+  !> than 170 interpolation nodes, or has too many variable constants; the stiffness could not be factored.
   subroutine train_interpolated(full_order, snapshots, may_have_modes, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
@@ -86,7 +86,8 @@ contains
 
   !> Computes the responses at more and more nodes, until the errors of the contact forces, measured at the solved points and
   !> estimated at probes (sig_response_errors), are at most a quarter of reduction.stiffness_tolerance. Where no body needs an
-  !> interpolation, one round is enough, and its error is not compared. Collective on all ranks, with the same result on each.
+  !> interpolation (any_variable), one round is enough, and its error is not compared. Collective on all ranks, with the same result
+  !> on each.
   !>
   !> Errors: that would need more than n_most nodes of a body, or a body has more than most_variables variable constants; the
   !> stiffness at a node could not be factored.
@@ -134,7 +135,7 @@ contains
   !> or of none. Where it cannot be made, the log has a warning; without contact rows, or where reduction.max_full_order_size is 0,
   !> there is none and no warning. Collective on all ranks, with the same result on each.
   !>
-  !> Errors: a constant is out of its range somewhere in the box.
+  !> Errors: an elastic constant is out of its range somewhere in the box.
   subroutine interpolate_fallback(full_order, snapshots, has_starts, part, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     !> points with full-order contact forces; their displacements are not used
@@ -249,8 +250,8 @@ contains
     any_variable = any([(size(constants(i)%numerators) > 0, i=1, size(constants))])
   end function any_variable
 
-  !> Whether the nodes of round i_round (from 0 on) are allowed for every body: at most n_most nodes, and at most most_variables
-  !> variables.
+  !> Whether the interpolation nodes of round i_round (from 0 on) are allowed for every body: at most n_most nodes, and at most
+  !> most_variables variables.
   pure logical function has_room(constants, i_round, n_most)
     type(body_constants_t), intent(in) :: constants(:)
     integer, intent(in) :: i_round

@@ -141,7 +141,8 @@ contains
     end associate
   end subroutine solve_at
 
-  !> Adds the responses at one node, or at the places, to E = U - U_I, with the weights of each body. Local.
+  !> Adds the responses at one node (times minus its weight), or at the places (times 1), to E = U - U_I on the dofs of the bodies
+  !> with has_identity. Local.
   subroutine add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team

@@ -156,7 +156,8 @@ contains
   end function nearest_of
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
-  !> change times the factor by which measured_error became smaller (0.05 to 1). It is huge in the first round. Probes without an
+  !> change times the factor by which measured_error became smaller (taken as at least 0.05 and at most 1). It is huge in the first
+  !> round. Probes without an
   !> answer in this round or in the last one do not count. Requires: measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self

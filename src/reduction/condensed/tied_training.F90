@@ -35,7 +35,8 @@ module sig_tied_training
 
 contains
 
-  !> Trains the model, unless the rows that change need too much memory or the tied stiffness cannot be factored. Warns where the
+  !> Trains the model, unless the rows that change need more memory than reduction.max_full_order_size or the tied stiffness cannot
+  !> be factored. Warns where the
   !> deck asks for displacement modes, which this model does not have. Collective on all ranks, with the same result on each.
   !>
   !> Errors: those of group_sets.
@@ -74,7 +75,7 @@ contains
   end subroutine train_tied
 
   !> Divides the training points into 1, 2, 4, ... clusters, up to 16 or the number of points, until reduction.max_full_order_size
-  !> allows the memory that they need. Local. Errors: those of group_sets.
+  !> allows the memory that their contact forces need; displacements are not counted. Local. Errors: those of group_sets.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)
@@ -130,7 +131,7 @@ contains
     where (is_changing) status = row_changing
   end function status_of_rows
 
-  !> Marks also the rows with a node in a cell that contains a node of a marked row.
+  !> Marks also the contact rows with a node in a cell that contains a node of a marked row.
   subroutine add_ring(problem, is_marked)
     type(problem_t), intent(in) :: problem
     !> shape (n_rows)
@@ -156,7 +157,7 @@ contains
   end subroutine add_ring
 
   !> Computes the responses of cluster i with its closed rows tied, and logs how many of its rows may change, stay closed and stay
-  !> open. Collective on all ranks; the results of the first rank are sent to all.
+  !> open. Collective on all ranks; the results of the first rank are sent to all. There is none where `reason` is not empty.
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i
