@@ -139,7 +139,7 @@ contains
     type(hhr_data_t), intent(in) :: cluster
     !> both hats of every pair are in the basis
     logical, intent(in) :: has_all_hats
-    !> number of nodes of loaded surfaces, and of those among them that the domain does not contain
+    !> number of loaded nodes (find_loaded_nodes), and of those among them that are not interior nodes of the domain
     integer, intent(in) :: n_loaded
     integer, intent(in) :: n_missed
     type(string_t), allocatable :: warnings(:)

@@ -73,6 +73,7 @@ contains
     !> numbers of the clusters of this round
     integer, intent(in) :: which(:)
     type(rank_groups_t), intent(in) :: groups
+    !> models of these clusters; each group sets only its own
     type(hhr_data_t), intent(inout) :: trained(:)
     !> first cluster of the round that could not be trained, as far as this rank knows; size(which) + 1 where there is none
     integer, intent(out) :: i_failed
@@ -110,7 +111,7 @@ contains
   subroutine exchange_clusters(problem, groups, i_failed, trained, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
-    !> cluster that this group could not train, where it has an error
+    !> number in `trained` of the cluster that this group could not train, where it has an error
     integer, intent(in) :: i_failed
     type(hhr_data_t), intent(inout) :: trained(:)
     !> on entry the error of this group

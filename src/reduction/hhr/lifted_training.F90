@@ -115,8 +115,8 @@ contains
   end function rows_of_domains
 
   !> Computes the columns of W for the chosen rows, the openings without contact per term, and the lift. Collective on all ranks.
-  !> The results of the first rank are sent to all. It failed where columns%reason is not reason_converged or lift%is_possible is
-  !> false.
+  !> The results of the first rank are sent to all. There are none where columns%reason is not reason_converged or lift%is_possible
+  !> is false.
   subroutine solve_columns(full_order, chosen, columns, lift, ierr)
     type(full_order_t), intent(inout) :: full_order
     !> numbers of the rows, ascending
@@ -171,7 +171,8 @@ contains
   end subroutine fill_certificate
 
   !> Computes up to 20 POD modes ("patterns") of the contact forces in the norm of W, that is, in the energy norm of the
-  !> displacements that the forces cause. They are made of at most 300 snapshots, taken at equal steps. Local.
+  !> displacements that the forces cause. They are made of at most 300 snapshots, taken at equal steps. Patterns with at most 1e-10
+  !> of the largest energy are left out. Local.
   subroutine choose_patterns(forces, openings, largest_size, patterns, pattern_openings)
     !> [force] Lambda, in balance with the anchors, and [length] W Lambda; shape (n_multipliers, n_snapshots)
     real(rk), intent(in) :: forces(:, :)

@@ -22,7 +22,7 @@ contains
 
   !> Builds the reduced integration domain around the interpolation nodes of the modes, the zones of interest and moved_nodes. With
   !> automatic zones of interest, or if this domain has no contact row, it is built again with more contact rows if lacking_rows
-  !> finds some: rows that are closed in snapshots, or, where none is, rows that are nearly closed.
+  !> finds some.
   !>
   !> Errors: the mesh lacks a boundary of the deck; no node lies in a window.
   subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)
@@ -61,8 +61,9 @@ contains
   !>
   !> Paper: there the domain has enough contact rows by the interpolation points of the displacement modes. That is not always so.
   !> Without a closed row the reduced problem has no contact forces, and nothing in its answer shows the error. Where the deck names
-  !> its own zones, rows are added only to a domain without any contact row. Where no contact is closed in any snapshot, the rows
-  !> with the smallest openings are added: the answer without contact forces is right until one of them closes.
+  !> its own zones, rows are added only to a domain without any contact row. The rows are those of missing_rows. Where no contact is
+  !> closed in any snapshot and the domain has no contact row, the row with the smallest opening of each snapshot is added: the
+  !> answer without contact forces is right until one of them closes.
   function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

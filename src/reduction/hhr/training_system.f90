@@ -61,7 +61,8 @@ contains
     call check_solvable(problem, snapshots%parameters, domain, cluster, error)
   end subroutine build_system
 
-  !> Fills cluster%varying, the parts of the system for each modulus that depends on the parameters.
+  !> Fills cluster%varying: the parts of the system for each modulus that depends on the parameters, and the values of these moduli
+  !> in the middle of the box.
   subroutine project_varying(problem, domain, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -100,8 +101,8 @@ contains
     if (i_hooke == 2) kind = shear_modulus
   end function modulus_kind
 
-  !> Sets cluster%primal_rank_expected, the number of modes that the equations can determine. Where the stiffness depends on the
-  !> parameters, every dof of A counts, because snapshots of another stiffness are not in equilibrium.
+  !> Sets cluster%primal_rank_expected, the largest number of modes that the equations can determine. Where the stiffness depends on
+  !> the parameters, every dof of A counts, because snapshots of another stiffness are not in equilibrium.
   subroutine count_equations(problem, domain, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
@@ -208,7 +209,7 @@ contains
   end subroutine keep_blocks
 
   !> Sets basis and lifting of the displacement = lifting * theta + basis * gamma, for both values of reduction.dirichlet. Errors:
-  !> the modes do not take the prescribed displacements.
+  !> the modes miss the prescribed displacements at moved_nodes by more than 1e-6 (prescribed_misfit).
   subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
