@@ -57,8 +57,9 @@ module sig_answer_block
 
 contains
 
-  !> Prepares a block for up to `capacity` points at a time, with data of its own for each thread. Errors: message is allocated if
-  !> the model cannot answer. Requires: a new block.
+  !> Prepares a block for up to `capacity` points at a time, with data of its own for each of the n_threads threads (1 or more).
+  !> Keeps a pointer to the model, which must stay until destroy. Errors: message is allocated if the expressions of the model's
+  !> terms cannot be evaluated. Requires: a new block.
   subroutine create(self, online, n_threads, capacity, message)
     class(answer_block_t), intent(inout) :: self
     !> prepared
@@ -80,8 +81,8 @@ contains
     end do
   end subroutine create
 
-  !> Answers the first n_points points by all threads. After a signal the other points are not answered, and their values are not
-  !> set.
+  !> Answers points(:, :n_points) by all threads and sets the components from multipliers to is_outside. After a signal the
+  !> points that no thread has begun are left out: their values keep what they had before.
   subroutine answer_points(self)
     class(answer_block_t), intent(inout), target :: self
     type(answer_block_t), pointer :: whole
@@ -93,8 +94,8 @@ contains
     end select
   end subroutine answer_points
 
-  !> Answers every n-th point of the block, so that difficult neighbors are shared between the n threads. Recursive, because several
-  !> threads run it at once.
+  !> Answers every n-th point of the block, beginning with point i_thread_0 + 1, so that difficult neighbors are shared between the
+  !> n threads; stops at a signal. `data` is the address of the block. Recursive, because several threads run it at once.
   !>
   !> It makes no texts: gfortran 12 keeps the lengths of the results of text functions in static variables.
   recursive subroutine answer_share(i_thread_0, data) bind(c) ! lint: callback
@@ -147,8 +148,9 @@ contains
       self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
-  !> Returns the head of the table, without a line end. The columns lambda_<number> are the contact forces of the rows; the number
-  !> is that of the first node of the row in the mesh file.
+  !> Returns the head of the table, without a line end: the parameters, cluster, next_cluster (only with several clusters), status
+  !> and other columns of the answer, those of contact_columns, and lambda_<number>, the contact forces of the rows. The number is
+  !> that of the row's owner (its first node) in the mesh file. Commas stand between the columns.
   function table_header(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -166,8 +168,8 @@ contains
     end do
   end function table_header
 
-  !> Returns the column names of each contact of the deck, each after a comma: area, force, moment, and the sum of the moments of
-  !> both sides (imbalance).
+  !> Returns the column names of each contact of the deck (`contact_<i>_...`), each after a comma: area, force (one per axis),
+  !> moment, and the sum of the moments of both sides (imbalance). A moment has one column in the plane and one per axis in space.
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -200,7 +202,8 @@ contains
     end function moment_columns
   end function contact_columns
 
-  !> Returns the line of the table for point i of the block, 1-based, without a line end. Requires: answer.
+  !> Returns the line of the table for point i of the block, 1-based, without a line end. Without an answer, status is the reason in
+  !> quotes, the contact forces and n_active are 0, and the values of contact_values are `nan`. Requires: answer.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i
@@ -225,7 +228,7 @@ contains
     end associate
   end function line
 
-  !> Returns the values of the columns of contact_columns for point i, each after a comma; `nan` without an answer.
+  !> Returns the values of the columns of contact_columns for point i, 1-based, each after a comma; `nan` without an answer.
   function contact_values(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i

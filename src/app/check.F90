@@ -94,8 +94,9 @@ contains
     end if
   end subroutine choose_shown
 
-  !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already. Collective on all ranks. Errors
-  !> are printed and set session%exit_code: the folder cannot be claimed; a file cannot be written.
+  !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already, and logs their path and
+  !> boundary_text. Collective on all ranks. Errors are printed and set session%exit_code: the folder cannot be claimed; a file
+  !> cannot be written.
   subroutine write_fields(point, session, ierr)
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
@@ -119,7 +120,8 @@ contains
     end if
   end subroutine write_fields
 
-  !> Returns `# boundaries: 1 left, 2 right` and a line end; viewers show only these numbers, in the field `boundary`.
+  !> Returns `# boundaries: 1 left, 2 right` and a line end: the numbers and names of boundary_groups. Viewers show only these
+  !> numbers, in the field `boundary`.
   function boundary_text(problem) result(text)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: text
@@ -135,8 +137,8 @@ contains
     text = text // new_line('a')
   end function boundary_text
 
-  !> Returns the comment lines below the deck, without a line end at their end: sizes, contacts, the condition number of B, the
-  !> planned solver, notes and inert pairs.
+  !> Returns the comment lines below the deck, without a line end at their end: sizes, number of points, contacts, the condition
+  !> number of B (only if there are contact rows), the planned solver, notes and inert pairs.
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

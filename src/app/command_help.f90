@@ -34,7 +34,7 @@ contains
     text = text(:len(text) - 1)
   end function usage
 
-  !> Returns the rows of the commands on one kind of file, below their heading.
+  !> Returns an empty line, the heading of one kind of file, and the rows of the commands that work on it, with line ends.
   function commands_on(kind) result(text)
     type(file_kind_t), intent(in) :: kind
     character(:), allocatable :: text
@@ -47,7 +47,8 @@ contains
     end do
   end function commands_on
 
-  !> Returns what an option does, followed by the commands that have it, in brackets.
+  !> Returns what option i of the table does, 1-based, followed by the commands that have it in brackets; no brackets if all have
+  !> it.
   function summary_of_option(i) result(text)
     integer, intent(in) :: i
     character(:), allocatable :: text
@@ -56,7 +57,8 @@ contains
     if (options(i)%commands /= '') text = text // ' (' // join(split(trim(options(i)%commands), ' '), ', ') // ')'
   end function summary_of_option
 
-  !> Returns a name and, from `column` on, its meaning, in lines of at most text_width characters.
+  !> Returns a name and its meaning, in lines of at most text_width characters with line ends. The meaning stands behind the first
+  !> `column` characters of each line; behind a longer name it begins after one blank.
   pure function row(name, meaning, column) result(text)
     character(*), intent(in) :: name, meaning
     integer, intent(in) :: column
@@ -104,7 +106,7 @@ contains
       'mpirun \-n 4 signorom run part.yaml' // nl // 'signorom predict results/part/model.h5 \-\-at load=3.5' // nl // '.EE' // nl
   end function manual_page
 
-  !> Returns words whose hyphens are escaped, so that readers can copy them into a shell.
+  !> Returns the words with `\-` for each hyphen, so that readers can copy them into a shell.
   function escaped(words) result(text)
     character(*), intent(in) :: words
     character(:), allocatable :: text
@@ -112,7 +114,8 @@ contains
     text = join(split(words, '-'), '\-')
   end function escaped
 
-  !> Returns a script for bash that completes commands, files of the command's kind, and its options.
+  !> Returns a script for bash that completes commands, folders and files with the ending of the command's kind, its options, and
+  !> the files after --points, --output (*.csv) and --log.
   function bash_completion() result(text)
     character(:), allocatable :: text
     type(file_kind_t) :: kind

@@ -38,7 +38,8 @@ module sig_command_line
 
 contains
 
-  !> Reads the arguments of the command line.
+  !> Reads the arguments of the command line. The values of several --at are joined with commas; of other options the last one
+  !> counts.
   !>
   !> Errors: no command, an unknown command or option, an option of another command, an option without a value or with a wrong one,
   !> no file or a word too many, predict without exactly one of --at and --points, check with --at but without --fields, PETSc
@@ -71,7 +72,8 @@ contains
     call check_command(command, error)
   end subroutine parse_command_line
 
-  !> Makes the error of a word too many; a blank between the parameters of a point causes one.
+  !> Makes the error of a word too many. A blank between the parameters of --at causes one (`--at a=1, b=2`): then the hint says how
+  !> to write the point.
   subroutine refuse_word(word, command, error)
     character(*), intent(in) :: word
     type(command_t), intent(in) :: command
@@ -83,8 +85,10 @@ contains
     call make_error(error, 'unexpected argument ''' // word // '''', hint=hint)
   end subroutine refuse_word
 
-  !> Reads one option and its value; leaves i at the last argument it used. A single hyphen marks an option of PETSc. Errors: an
-  !> unknown option, an option without its value or with a wrong one.
+  !> Reads the option arguments(i) and its value into command; leaves i at the last argument it used. A single hyphen marks an
+  !> option of PETSc (except -h): after the file of the command, the next argument is its value, unless this begins with a hyphen
+  !> and is no number. Errors: an unknown option, an option without its value or with a wrong one; options of PETSc are not checked
+  !> here.
   subroutine take_option(arguments, i, command, error)
     type(string_t), intent(in) :: arguments(:)
     integer, intent(inout) :: i
@@ -171,7 +175,8 @@ contains
     value = arguments(i)%text
   end subroutine take_value
 
-  !> Checks that the command has its file and its options. Errors: no command, an unknown one, no file; those of check_options.
+  !> Checks that the command is known and has its file, and checks its options; help and version always pass. Errors: no command, an
+  !> unknown one, no file; those of check_options.
   subroutine check_command(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
@@ -213,7 +218,7 @@ contains
     end if
   end subroutine check_options
 
-  !> Returns words with commas between them and `and` before the last one.
+  !> Returns the words, one or more, with commas between them and ` and ` instead before the last one: `a, b and c`.
   function enumerated(words) result(text)
     type(string_t), intent(in) :: words(:)
     character(:), allocatable :: text

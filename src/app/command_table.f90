@@ -104,7 +104,7 @@ contains
     is_option_of = option%commands == '' .or. index(' ' // option%commands // ' ', ' ' // trim(command) // ' ') > 0
   end function is_option_of
 
-  !> Returns the names of the commands.
+  !> Returns the names of the commands in the order of the table, without help and version.
   function command_words() result(words)
     type(string_t), allocatable :: words(:)
     integer :: i
@@ -115,7 +115,7 @@ contains
     end do
   end function command_words
 
-  !> Returns the names of all options, or of the options of one command.
+  !> Returns the names of all options; with `command`, of those that may be given with it. Options of PETSc are not among them.
   function option_words(command) result(words)
     character(*), intent(in), optional :: command
     type(string_t), allocatable :: words(:)

@@ -105,9 +105,10 @@ contains
     exit_code = session%exit_code
   end subroutine run_on_deck
 
-  !> Runs the stage of the command, or all stages for run: sample, train, validate (if the deck has a test section), fields. Stops
-  !> at the first stage that fails. Errors are printed and set session%exit_code: --at is no valid point; the tool that trains
-  !> forests is missing, for train and run; those of the stages. Collective on all ranks.
+  !> Runs the stage of the command (that of solve is fields), or all stages for run: sample, train, validate (if the deck has a test
+  !> section), fields. Stops at the first stage that fails or is stopped by a signal. Errors are printed and set session%exit_code:
+  !> --at is no valid point; for train and run, the deck may need the tool that trains forests, which is missing (for sample this is
+  !> a warning); those of the stages. Collective on all ranks.
   subroutine run_stages(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), target, intent(inout) :: session

@@ -95,7 +95,8 @@ contains
       'loads:' // nl // '  - {boundary: ' // placeholder // ', pressure: P}' // nl
   end function boundary_section
 
-  !> Returns one line per body with a support of all components, whose boundary is to be filled in.
+  !> Returns one line per body, with a line end, that holds all displacement components at a boundary to be filled in. With several
+  !> bodies a comment names the regions of each.
   function support_lines(mesh) result(lines)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: lines
@@ -145,7 +146,7 @@ contains
     end do
   end function contact_section
 
-  !> Returns the box around the points: `x 0 to 1, y -2 to 0`.
+  !> Returns the box around the points: `x 0 to 1, y -2 to 0`; `touches no named region` if there are no points.
   pure function box_text(points) result(text)
     !> [length of the mesh] shape (n_dim, n)
     real(rk), intent(in) :: points(:, :)

@@ -28,8 +28,8 @@ contains
     call sig_need_memory(least_room)
   end subroutine start_linear_algebra
 
-  !> After an internal error: prints a hint if this process used over 80 % of its limit of address space (ulimit -v). Without such a
-  !> limit it prints nothing. Libraries that run out of memory seldom say so.
+  !> After an internal error: prints a hint to the standard error if this process used 80 % or more of its limit of address space
+  !> (ulimit -v) at some time. Without such a limit it prints nothing. Libraries that run out of memory seldom say so.
   subroutine hint_at_memory()
     !> [-] share of the limit from which on the hint is printed
     real(rk), parameter :: near = 0.8_rk

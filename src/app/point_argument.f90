@@ -10,8 +10,8 @@ module sig_point_argument
 
 contains
 
-  !> Reads the point of --at. Errors: a piece that is no `name=value`, an unknown, repeated or missing parameter, a value that is no
-  !> number.
+  !> Reads the point of --at. Ranges are not checked. Errors: a piece between commas that is no `name=value`, an unknown, repeated
+  !> or missing parameter, a value that is no finite decimal number.
   subroutine parse_point(text, names, points, error)
     !> `a=1,b=2`
     character(*), intent(in) :: text

@@ -36,12 +36,12 @@ module sig_predict
 contains
 
   !> Answers the points of --at or --points with a model and writes the table to the terminal or to --output; with --fields also
-  !> writes fields. Rank 0 does the work, because a query is too short to share. Collective on all ranks, which all get the exit
-  !> code.
+  !> writes fields. Rank 0 does the work, because a query is too short to share between ranks; its threads share the points of
+  !> --points. Collective on all ranks, which all get the exit code.
   !>
-  !> Errors are printed and give the exit code: the model or the points cannot be read; the model cannot answer, or has no fields; a
-  !> point is outside of the trained box (--strict only); a file cannot be written. Other exit codes: a point has no answer (3), a
-  !> signal (130).
+  !> Errors are printed and give the exit code: the model or the points cannot be read; the model cannot answer, or has no fields
+  !> (--fields only); a point is outside of the trained box (--strict only); a file cannot be written. Other exit codes: a point has
+  !> no answer (3), a signal (130); after a signal no file is written.
   subroutine predict(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -133,7 +133,8 @@ contains
     if (.not. allocated(error)) call check_box(command, block, error)
   end subroutine next_block
 
-  !> Checks with --strict whether the points lie in the trained box. Errors: the first point outside of it.
+  !> Checks with --strict that the points of the block lie in the trained box; does nothing without --strict. Errors: a point lies
+  !> outside; the first one is named.
   subroutine check_box(command, block, error)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -148,9 +149,10 @@ contains
     end do
   end subroutine check_box
 
-  !> Answers one block of points after the other and writes the lines in the order of the points. The memory does not depend on the
-  !> number of points, and the order of the lines does not depend on the number of threads. Warns of points outside of the trained
-  !> box and of points with several solutions. Errors: those of next_block; the table cannot be written.
+  !> Answers one block of points after the other, and writes the head of the table and the lines in the order of the points; adds
+  !> the fields of each point if they are wanted. The memory does not depend on the number of points, and the order of the lines
+  !> does not depend on the number of threads. Warns of points outside of the trained box and of points with several solutions.
+  !> Errors: those of next_block; the table cannot be written.
   subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -158,7 +160,7 @@ contains
     type(answer_block_t), intent(inout) :: block
     type(output_stream_t), intent(inout) :: table
     type(predicted_fields_t), intent(inout) :: fields
-    !> a signal came before the last point
+    !> a signal came before the last line was written; some lines are missing
     logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_outside
@@ -204,7 +206,7 @@ contains
     end if
   end subroutine say_stopped
 
-  !> Warns of points without an answer, which are marked in the table, and sets exit_code to 3 if there are any.
+  !> Warns of points without an answer, in all blocks, and sets exit_code to 3 if there are any.
   subroutine report_unanswered(block, exit_code)
     type(answer_block_t), intent(in) :: block
     integer, intent(inout) :: exit_code
@@ -217,7 +219,8 @@ contains
       ' without an answer; the column status says why')
   end subroutine report_unanswered
 
-  !> Logs the number of answers by each method and the path of the table; nothing if the table goes to the terminal.
+  !> Logs the number of points by each method (`none` for those without an answer) and the path of the table; nothing if the table
+  !> goes to the terminal.
   subroutine report_methods(command, block)
     type(command_t), intent(in) :: command
     type(answer_block_t), intent(in) :: block
@@ -233,7 +236,7 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Logs the folder of the fields and how many points have them, and warns of points without fields.
+  !> Logs the path of fields.xdmf and how many points have fields, and warns of points without fields, if there are any.
   subroutine report_fields(command, fields)
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields

@@ -46,8 +46,8 @@ contains
     if (output /= '') folder = directory_of(output) // '/' // base_name(output) // '_fields'
   end function fields_folder
 
-  !> Makes the folder if it is missing, and starts the files in it. Errors: why_no_fields has a reason; the model cannot answer; the
-  !> folder or the files cannot be created.
+  !> Makes the folder if it is missing, and starts the files in it. Keeps a pointer to the model, which must stay until close.
+  !> Errors: why_no_fields has a reason; the model cannot answer; the folder or the files cannot be created.
   subroutine create(self, online, model_path, folder, error)
     class(predicted_fields_t), intent(inout) :: self
     !> prepared
@@ -97,8 +97,8 @@ contains
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add
 
-  !> Closes the files, unless there is an error already: then no files are kept, and the error stays. Errors: the first failure
-  !> since create.
+  !> Closes the files, unless there is an error already: then no files are kept, and the error stays. Does nothing without create.
+  !> Errors: the first failure since create.
   subroutine close_fields(self, error)
     class(predicted_fields_t), intent(inout) :: self
     type(error_t), allocatable, intent(inout) :: error

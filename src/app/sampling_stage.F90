@@ -68,7 +68,8 @@ contains
       found_text(outcome) // '): ' // store%path(), error)
   end subroutine sample_candidates
 
-  !> Logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not converge.
+  !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
+  !> converge (with a warning).
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -89,7 +90,8 @@ contains
     end if
   end subroutine tell_sampled
 
-  !> Returns `sampled 31 points (12 were there): `, with what a greedy selection did.
+  !> Returns `sampled 31 points (12 were there): `, also with the number of stiffnesses in the brackets if the stiffness depends on
+  !> the parameters, and behind them with what a greedy selection did.
   pure function sampled_text(session, outcome, selection) result(text)
     type(session_t), intent(in) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -103,7 +105,7 @@ contains
     text = text // ': '
   end function sampled_text
 
-  !> Returns how many points were solved before: `1 was there`, `12 were there`.
+  !> Returns how many points an earlier command had solved: `0 were there`, `1 was there`.
   pure function found_text(outcome) result(text)
     type(sampling_result_t), intent(in) :: outcome
     character(:), allocatable :: text
@@ -111,7 +113,7 @@ contains
     text = to_text(outcome%n_found) // trim(merge(' was ', ' were', outcome%n_found == 1)) // ' there'
   end function found_text
 
-  !> Logs that factorizations are needed for many points, if the stiffness depends on the parameters.
+  !> Logs that points with other elastic constants need a factorization of their own, if the stiffness depends on the parameters.
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
 

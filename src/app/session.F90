@@ -93,7 +93,7 @@ contains
     if (allocated(error)) call self%fail(error)
   end subroutine open
 
-  !> Makes and locks the results folder. Collective on all ranks.
+  !> Makes and locks the results folder of the deck; sets `folder`. Collective on all ranks.
   !>
   !> Errors are printed and set exit_code: the folder cannot be made or locked, for example because another command
   !> uses it.
@@ -146,8 +146,8 @@ contains
 
   !> Frees the problem and unlocks the results folder. Collective on all ranks.
   !>
-  !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command or solver. They
-  !> are not looked for after an error of the user.
+  !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command or solver. Unused
+  !> options are not looked for after an error of the user (exit code 2) or a signal.
   subroutine close(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -170,6 +170,7 @@ contains
   end subroutine close
 
   !> Whether an unused option is no mistake, because it is for another command or solver: the options of a deck serve all commands.
+  !> Only options that begin with -fom_, -active_set_, -vi_ or -pod_ can be; all others are mistakes.
   pure logical function is_for_another_command(option, command, solver)
     !> with its hyphen
     character(*), intent(in) :: option

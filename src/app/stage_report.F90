@@ -64,7 +64,8 @@ contains
       problem%rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
 
-  !> Adds date, host, command line, hash of the mesh and commit of this run. They replace those of earlier commands.
+  !> Adds date, host of this rank, command line, hash of the mesh, commit and build type of this run. They replace those of earlier
+  !> commands. Local.
   subroutine describe_run(problem, report, ierr)
     type(problem_t), intent(in) :: problem
     type(run_report_t), intent(inout) :: report
@@ -85,8 +86,9 @@ contains
     call report%add('version/build', build_type)
   end subroutine describe_run
 
-  !> Adds times, contact resultants, reaction forces and the state of each point (status, iterations, closed contacts, residuals) of
-  !> the full-order solutions. Warns of points that did not converge and of large residuals. Local.
+  !> Adds the units, times, contact resultants, reaction forces and the state of each point (status, iterations, closed contacts,
+  !> residuals) of the full-order solutions. Warns in the log of points that did not converge, and as warn_of_residuals of the
+  !> points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -113,7 +115,7 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns in the log and in the report if a residual of the full-order solutions is above the limit of equilibrium_warning.
+  !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals of full-order solutions.
   subroutine warn_of_residuals(residuals, report)
     !> [-] residuals of equilibrium at the solved points, shape (n_points)
     real(rk), intent(in) :: residuals(:)
@@ -126,9 +128,9 @@ contains
     call report%add('residuals/warning', warning)
   end subroutine warn_of_residuals
 
-  !> Writes report.yaml. What earlier commands on the same deck and mesh reported is kept, except for the keys that this stage makes
-  !> anew, and except during run. Collective on all ranks; the first one writes. Errors are printed and set session%exit_code on
-  !> all ranks: the file cannot be written.
+  !> Writes report.yaml, and adds to `report` what earlier commands on the same deck and mesh reported and the report lacks, without
+  !> the keys `renewed`. The command run takes nothing from earlier commands. Collective on all ranks; the first one writes. Errors
+  !> are printed and set session%exit_code on all ranks: the file cannot be written.
   subroutine write_report(session, renewed, report, ierr)
     type(session_t), intent(inout) :: session
     !> sections (`errors`) and keys of sections (`times/query`) that earlier commands wrote and that are out of date now

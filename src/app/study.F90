@@ -54,7 +54,8 @@ module sig_study
 
 contains
 
-  !> Ends the session if a signal came; call it between two stages. What earlier stages wrote stays. Collective on all ranks.
+  !> Ends the session with session%stop if a signal came, unless it has failed or was stopped already; call it between two stages.
+  !> What earlier stages wrote stays. Collective on all ranks.
   subroutine stop_if_asked(session, ierr)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -68,10 +69,9 @@ contains
   !> Trains the model: reads snapshots.h5; writes model.h5, enrichment.csv, refinement.csv (only after a refinement) and the report.
   !> Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no training; snapshots are missing, or of another deck or mesh;
-  !> those of build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and
-  !> the exit code is that of "not converged". A signal before the training or during a refinement ends the stage without a new
-  !> model.
+  !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of read_snapshots
+  !> and build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and the
+  !> exit code is that of "not converged". A signal before the training or during a refinement ends the stage without a new model.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -145,10 +145,12 @@ contains
     if (reason /= '') call log_warning('the deck has reduction.fields: true, but predict --fields will not answer: ' // reason)
   end subroutine keep_fields
 
-  !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. The file may hold more points.
-  !> Collective on all ranks.
+  !> Reads the snapshots of the deck's training points and distributes their dofs over the ranks. Other points of the file are left
+  !> out. With a greedy selection, the training points are those of its record, and `selection` says how it went; else `selection`
+  !> keeps its defaults. Collective on all ranks.
   !>
-  !> Errors: snapshots.h5 is missing, cannot be read, is of another deck or mesh, or lacks points or displacements.
+  !> Errors: those of training_points; snapshots.h5 is missing, cannot be read, is of another deck or mesh, lacks points, or lacks
+  !> displacements that the model needs.
   subroutine read_snapshots(session, problem, snapshots, selection, error, ierr)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
@@ -183,9 +185,10 @@ contains
   !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.
   !> Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no test points; a point is not valid; the model is missing or of
-  !> another deck; it cannot answer; a file cannot be written. The exit code is that of "not converged" if a point has no full-order
-  !> solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal nothing is written.
+  !> Errors are printed and set session%exit_code: the deck has no test points; a point is not valid; those of the loading of the
+  !> problem, of read_own_model and of validate; a file cannot be written. The exit code is that of "not converged" if a point has
+  !> no full-order solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal nothing is
+  !> written.
   subroutine validate_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -261,11 +264,11 @@ contains
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
 
-  !> Solves the full-order problem at the given points and writes fields.h5, fields.xdmf, contact.h5, contact.xdmf and the report.
-  !> Collective on all ranks.
+  !> Solves the full-order problem at the given points and writes the files of write_fields and the report. Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: a point is not valid; the model is missing or of another deck; those of
-  !> write_fields. The exit code is that of "not converged" if a point has no solution.
+  !> Errors are printed and set session%exit_code: those of the loading of the problem; a point is not valid; those of
+  !> read_own_model (has_model only) and of write_fields; the report cannot be written. The exit code is that of "not converged" if
+  !> a point has no full-order solution. After a signal nothing is written.
   subroutine fields_stage(session, points, has_model, report, ierr)
     type(session_t), intent(inout) :: session
     !> shape (n_parameters, n_points)
@@ -308,8 +311,8 @@ contains
     if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
   end subroutine fields_stage
 
-  !> Reads model.h5 of the results folder. Errors: it is missing, cannot be read, or was trained for another deck or mesh, or with
-  !> other settings.
+  !> Reads model.h5 of the results folder. Local; each rank reads it. Errors: it is missing, cannot be read, or was trained for
+  !> another deck or mesh, or with other settings (differing_setting).
   subroutine read_own_model(session, problem, model, error)
     type(session_t), intent(in) :: session
     type(problem_t), intent(in) :: problem
@@ -333,8 +336,8 @@ contains
       model_path(session), hint='train it again: signorom train ' // session%deck%path)
   end subroutine read_own_model
 
-  !> Whether the sizes of the model are those of the problem. The provenance of a file does not prove this, because anybody can
-  !> change it.
+  !> Whether the model has the problem's dimension and numbers of nodes, contact rows, terms and parameters, and the cells of its
+  !> clusters exist in the mesh. The provenance of a file does not prove this, because anybody can change it.
   pure logical function has_sizes_of(problem, model)
     type(problem_t), intent(in) :: problem
     type(model_t), intent(in) :: model

@@ -10,7 +10,8 @@ program write_manual
 
 contains
 
-  !> Writes a text to the file that argument i names.
+  !> Writes the text to the file that argument i of the command line names, and replaces an old one. If this fails, the program
+  !> ends.
   subroutine write_file(i, text)
     integer, intent(in) :: i
     character(*), intent(in) :: text

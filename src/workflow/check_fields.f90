@@ -67,7 +67,8 @@ contains
     call file%close(error)
   end subroutine write_check_fields
 
-  !> Returns the labels of the cells of the bodies: kind_body, material of the deck, region of the mesh; all others are 0.
+  !> Returns the labels of the cells of the bodies: kind_body, material of the deck, region of the mesh (both 1-based); the labels
+  !> boundary, contact and side are 0.
   pure function body_labels(problem) result(labels)
     type(problem_t), intent(in) :: problem
     integer :: labels(n_labels, problem%mesh%n_cells)
@@ -88,7 +89,8 @@ contains
     groups = pack([(i, i=1, size(mesh%groups))], mesh%groups%n_dim < mesh%n_dim)
   end function boundary_groups
 
-  !> Adds the facets of each named boundary, or its points if it consists of edges of a solid or of points.
+  !> Adds the facets of each group of boundary_groups, or a point at each of its nodes if it consists of edges of a solid or of
+  !> points.
   pure subroutine add_boundaries(mesh, cells)
     type(mesh_t), intent(in) :: mesh
     type(cell_collection_t), intent(inout) :: cells
@@ -109,8 +111,8 @@ contains
     end do
   end subroutine add_boundaries
 
-  !> Adds the facets of both sides of each contact entry, of the first side only where it meets an obstacle. Errors: none after the
-  !> rows were built.
+  !> Adds the facets of both sides of each contact entry, or of the first side only if the other is an obstacle. Side 1 is the
+  !> surface that carries the rows. Errors: none after the rows were built.
   pure subroutine add_surfaces(problem, cells, error)
     type(problem_t), intent(in) :: problem
     type(cell_collection_t), intent(inout) :: cells
@@ -150,7 +152,8 @@ contains
     call cells%add_lines(owners(row), nodes, labels)
   end subroutine add_links
 
-  !> Writes what the numbers in the cell fields mean.
+  !> Writes the mechanical model, and the names that the numbers of the cell fields material, region, boundary and contact stand
+  !> for.
   subroutine write_names(problem, file)
     type(problem_t), intent(in) :: problem
     type(field_file_t), intent(inout) :: file
@@ -197,7 +200,7 @@ contains
       'of a line: part of the contact force that goes to its second end, below 0 where it pulls; else 0')
   end subroutine write_cell_fields
 
-  !> Writes supports and loads at the point.
+  !> Writes at the nodes which displacement components are prescribed, their values at the point, and the force of all loads there.
   subroutine write_driving_fields(problem, theta, file)
     type(problem_t), intent(in) :: problem
     !> [-] values of the terms at the point, shape (n_terms)
@@ -213,7 +216,8 @@ contains
     call file%add_node_field('load', values, force_unit(problem%deck), 'force of all loads on the node')
   end subroutine write_driving_fields
 
-  !> Writes the imposed strains at the point; they are zero outside of the bodies.
+  !> Writes the mean imposed strain of each cell at the point; it is zero on the facets, points and lines, which are no cells of
+  !> bodies.
   subroutine write_strains(problem, point, n_cells, file)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
@@ -230,7 +234,8 @@ contains
     call file%add_cell_field('imposed_strain', strains, '-', 'mean of what is imposed on the cell by temperature or swelling')
   end subroutine write_strains
 
-  !> Writes for each contact node which node it faces, along which normal and at which distance.
+  !> Writes for each contact node its side, its contact entry and the gap and area; for the owner of each row also whether the row
+  !> has a multiplier, the normal, and how many nodes of the second side it faces, with their largest share of the force.
   subroutine write_contact_fields(problem, rows, theta, file)
     type(problem_t), intent(in) :: problem
     !> all rows; inert pairs, which have no multiplier, come last
@@ -257,13 +262,14 @@ contains
       'largest share of one of these nodes in the contact force; 1 for a pair')
   end subroutine write_contact_fields
 
-  !> Sets of each node its side, its contact entry and whether it carries a contact force; all are 0 at nodes that are in no row.
+  !> Finds of each node its side, its contact entry and whether it owns a row with a multiplier; all are 0 at nodes that are in no
+  !> row.
   pure subroutine list_sides(rows, n_with_force, side, entry, status)
     type(contact_rows_t), intent(in) :: rows
     !> number of rows with a multiplier, which come first
     integer, intent(in) :: n_with_force
-    !> 1 on the first side of a row, else 2; entry of the first row that contains the node; of owners 1 with a force, 2 without;
-    !> shape (n_nodes)
+    !> 1 on the first side of any row, 2 on the second side only; entry, 1-based, of the first row that contains the node; 1 for
+    !> owners of a row with a multiplier, 2 for owners of one without, 0 for all other nodes; shape (n_nodes)
     real(rk), intent(out) :: side(:), entry(:), status(:)
     integer :: k
 
@@ -281,6 +287,7 @@ contains
   end subroutine list_sides
 
   !> Computes at the owner of each row the normal, and the number and largest share of the nodes of the second side; 0 elsewhere.
+  !> For an obstacle both are 0, and the normal is set.
   pure subroutine list_partners(rows, normals, partners, largest)
     type(contact_rows_t), intent(in) :: rows
     !> [-] of length 1, from the first side to the second, shape (n_dim, n_nodes)

@@ -54,7 +54,8 @@ module sig_contact_surfaces
 
 contains
 
-  !> Starts the files; if they are not wanted, removes those of an earlier run. Errors: they cannot be created or removed.
+  !> Starts the files; if they are not wanted or the deck has no contact, removes those of an earlier run instead, and the other
+  !> procedures do nothing. Errors: they cannot be created or removed.
   subroutine create(self, model, has_contact, folder, error)
     class(contact_surfaces_t), intent(inout) :: self
     !> its header and its field map are used
@@ -90,7 +91,8 @@ contains
     call self%file%add_shared_array('contact/names', model%resultants%names, '-', 'surfaces of 1, 2, ... in the field contact')
   end subroutine create
 
-  !> Removes the files of an earlier run, which would stand beside fields of another problem. Errors: they cannot be removed.
+  !> Removes contact.h5 and contact.xdmf of an earlier run, if there are any: they would stand beside fields of another problem.
+  !> Errors: they cannot be removed.
   subroutine remove_old_files(folder, error)
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
@@ -136,7 +138,7 @@ contains
     end associate
   end subroutine build_mesh
 
-  !> Starts the fields of the next point.
+  !> Starts the fields of the next point. Does nothing if create started no files.
   subroutine start_point(self, label, point)
     class(contact_surfaces_t), intent(inout) :: self
     !> text that viewers show
@@ -147,7 +149,8 @@ contains
     if (self%is_used) call self%file%start_point(label, point)
   end subroutine start_point
 
-  !> Writes the fields of a full-order solution or of a reduced answer at the present point.
+  !> Writes contact forces and pressures, gaps and contact status of a full-order solution or of a reduced answer at the present
+  !> point. Does nothing if create started no files.
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
@@ -172,7 +175,8 @@ contains
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
 
-  !> Writes the contact forces of a reduced model beside the full-order ones at the same point.
+  !> Writes the contact forces and pressures of a reduced model beside the full-order ones at the same point. Does nothing if create
+  !> started no files.
   subroutine write_reduced(self, multipliers)
     class(contact_surfaces_t), intent(inout) :: self
     !> [force] shape (n_rows)
@@ -187,12 +191,13 @@ contains
       'multiplier over area, as contact_pressure; reduced model')
   end subroutine write_reduced
 
-  !> Computes the contact forces and pressures at the nodes of self%mesh. At each node only the rows of its own contact entry count.
+  !> Computes the contact forces and pressures (nodal_pressures) at the nodes of self%mesh. At each node only the rows of its own
+  !> contact entry count; both are 0 without such rows.
   subroutine gather(self, multipliers, force, pressure)
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
-    !> [force] shape (n_dim, self%mesh%n_nodes)
+    !> [force] of the other body or obstacle on the node, shape (n_dim, self%mesh%n_nodes)
     real(rk), intent(out) :: force(:, :)
     !> [force / area] shape (self%mesh%n_nodes)
     real(rk), intent(out) :: pressure(:)
@@ -217,9 +222,9 @@ contains
     class(contact_surfaces_t), intent(in) :: self
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
-    !> [length] shape (n_rows)
+    !> [length] gap of each row after the displacement, shape (n_rows)
     real(rk), intent(in) :: opening(:)
-    !> [length] shape (self%mesh%n_nodes)
+    !> [length] NaN at nodes without rows, shape (self%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
     !> nodal_status, same shape as gap
     real(rk), intent(out) :: status(:)
@@ -244,7 +249,8 @@ contains
     contact = cell_contact(touching, self%mesh%cell_offsets, self%mesh%cell_nodes)
   end subroutine gather_state
 
-  !> Gives the files their final names. Errors: the first failure since create.
+  !> Closes the files and gives them their final names. Does nothing if create started no files. Errors: the first failure since
+  !> create.
   subroutine close_file(self, error)
     class(contact_surfaces_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -35,8 +35,8 @@ contains
     call list_facets(problem, map, error)
   end subroutine create_field_map
 
-  !> Lists in the map the facets of the surfaces that carry the multipliers, with their contact entries. Errors: a surface is not in
-  !> the mesh.
+  !> Lists in the map the facets of the surface of each contact entry that carries the multipliers, with the entry (1-based) and the
+  !> nodes of each facet. Errors: a surface is not in the mesh.
   subroutine list_facets(problem, map, error)
     type(problem_t), intent(in) :: problem
     type(field_map_t), intent(inout) :: map

@@ -48,9 +48,9 @@ module sig_field_output
 
 contains
 
-  !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf. Points that did not
-  !> converge are written, too, with what the solver returned; solved%states has the reasons. Collective on all ranks. A signal
-  !> ends it after the current points, and then nothing is written.
+  !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf (the latter two only
+  !> if the deck has contact and wants fields of it). Points that did not converge are written, too, with what the solver returned;
+  !> solved%states has the reasons. Collective on all ranks. A signal ends it after the current points, and then nothing is written.
   !>
   !> Errors: the solver does not use one of its PETSc options; a file cannot be written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
@@ -185,7 +185,9 @@ contains
     call values%take_stresses(header%fields, theta(:, 1))
   end subroutine find_values
 
-  !> Writes the answer of the reduced model at the present point beside the full-order fields.
+  !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, and which
+  !> cells and rows belong to the reduced domain of the chosen cluster, also if the deck wants only other fields. Without an answer
+  !> it warns, and the contact forces are NaN.
   subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)

@@ -149,8 +149,8 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes for each contact of the deck the area that touches at the present point: that of the rows whose force is more than
-  !> rounding.
+  !> Writes for each contact of the deck the area that touches at the present point: that of the rows whose force is above
+  !> least_force.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -185,7 +185,8 @@ contains
     end associate
   end subroutine write_stresses
 
-  !> Closes the files. Errors: the first failure since create.
+  !> Closes the files and gives them their final names; after a failure in fields.h5, contact.h5 is not closed. Errors: the first
+  !> failure since create.
   subroutine close_files(self, error)
     class(field_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

@@ -35,7 +35,8 @@ module sig_candidate_pool
 
 contains
 
-  !> Returns which candidates may be used: they have a solution, its displacement is not zero, and they are no training points.
+  !> Returns which candidates may be used: they converged, their displacement is not zero, and they are no training points (equal
+  !> except for rounding, point_index).
   pure function usable_candidates(candidates, lengths, training_points) result(is_usable)
     type(snapshot_set_t), intent(in) :: candidates
     !> [length] Euclidean norms of the displacements, shape (n_candidates)
@@ -52,7 +53,7 @@ contains
     end do
   end function usable_candidates
 
-  !> Draws half of the usable candidates at random; if their number is odd, one more than are left.
+  !> Draws half of the usable candidates at random, rounded up: 3 of 5.
   function draw_half(is_usable, seed) result(is_drawn)
     !> shape (n_candidates), as the result
     logical, intent(in) :: is_usable(:)
