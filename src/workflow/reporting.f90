@@ -41,7 +41,7 @@ contains
     call report%add_yaml('deck', echo_deck(deck))
   end subroutine report_deck
 
-  !> Adds the numbers of nodes, cells, dofs, multipliers and inert pairs.
+  !> Adds the numbers of nodes, cells, dofs, multipliers and inert pairs, and the names of these pairs.
   subroutine report_sizes(n_nodes, n_cells, n_dofs, n_multipliers, inert_pairs, report)
     integer, intent(in) :: n_nodes
     integer, intent(in) :: n_cells
@@ -108,9 +108,10 @@ contains
   end function selection_text
 
   !> Adds reduction.dirichlet and, below reduction/clusters/1, ... or, with one cluster, below reduction, the kind of model and the
-  !> number of contact rows of each cluster; of a hyper-reduced one also sizes, condition numbers and warnings, of a condensed one
-  !> the number of reference sets, of an interpolated one its measured error. With several clusters also loss and silhouette of the
-  !> clustering. The fallback is left out.
+  !> number of contact rows of each cluster; of a hyper-reduced one also its numbers of snapshots, modes, hats and cells, condition
+  !> numbers, ranks and warnings, of a condensed one the number of reference sets, of an interpolated one the number of
+  !> factorizations, its largest error with the training point, and whether it has a bound. With several clusters also their number,
+  !> and loss and silhouette of the clustering. The fallback is left out.
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report
@@ -177,8 +178,9 @@ contains
     call report%add(group // 'warnings', cluster%warnings)
   end subroutine report_cluster
 
-  !> Returns one line, without a line end, that describes the model; with several clusters their number, then each cluster with its
-  !> number of snapshots. The fallback is left out.
+  !> Returns one line, without a line end, that describes the model: cluster_text of a hyper-reduced one, else `condensed model of
+  !> 33 contact rows`. With several clusters it gives their number, then each cluster with its number of snapshots. The fallback is
+  !> left out.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -205,7 +207,8 @@ contains
     end select
   end function part_text
 
-  !> Returns `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496, hats: ...`.
+  !> Returns `36 + 9 modes and 18 hats (63 reduced unknowns), 33 contact rows with a condition number of 7.496, hats: ...`: modes of
+  !> the POD + extra modes. Extra modes and hats are named only if there are any; hats_text comes last.
   pure function cluster_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -217,8 +220,8 @@ contains
       ' with a condition number of ' // short_number(cluster%condition_number) // ', hats: ' // hats_text(cluster)
   end function cluster_text
 
-  !> Adds how each full-order solution ended, its number of rows with a force, the sum of all contact forces, and its residuals,
-  !> below points/1, points/2, ...
+  !> Adds, below points/1, points/2, ..., each point, how its full-order solution ended, its iterations and time [s], its number of
+  !> rows with a force above 0, the sum of all contact forces, and its residuals; also if it did not converge.
   subroutine report_states(deck, points, states, report)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_points)
@@ -246,8 +249,8 @@ contains
     end do
   end subroutine report_states
 
-  !> Adds the reaction forces at one point, only prescribed components. Each boundary has a numbered entry, because its name may
-  !> contain characters that a key may not.
+  !> Adds the reaction forces at one point, only prescribed components, below points/<i_point>/reactions/1, 2, ... with the name of
+  !> each boundary inside: a name may contain characters that a key may not.
   subroutine report_reactions(i_point, reactions, report)
     !> number of the point in the report, 1-based
     integer, intent(in) :: i_point
@@ -267,7 +270,8 @@ contains
     end do
   end subroutine report_reactions
 
-  !> Returns `; largest penetration 0.0 m, force balance 1.054e-16`, the largest values of all solutions; empty if there are none.
+  !> Returns `; largest penetration 0.0 m, force balance 1.054e-16`, the largest values of all these solutions; empty if there are
+  !> none.
   pure function accuracy_text(deck, residuals) result(text)
     !> for the unit of length
     type(deck_config_t), intent(in) :: deck

@@ -70,14 +70,15 @@ contains
     end do
   end subroutine report_resultants
 
-  !> Adds the resultants of one point, below a number for each contact, because names may contain characters that a key may not.
+  !> Adds the resultants of one point, below <group>1, <group>2, ... for the contacts of the deck, with the names of the surfaces
+  !> inside: names may contain characters that a key may not. NaN multipliers give NaN.
   subroutine report_point(map, row_areas, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
     !> shape (n_rows)
     real(rk), intent(in) :: row_areas(:)
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
-    !> with its last slash
+    !> path of the keys, with its last slash
     character(*), intent(in) :: group
     type(run_report_t), intent(inout) :: report
     real(rk) :: areas(map%n_entries()), forces(size(map%unit_forces, 1), map%n_entries())

@@ -45,8 +45,9 @@ module sig_model_attempt
 
 contains
 
-  !> Divides the usable candidates: a random half measures the errors, the others may become snapshots. If the deck adds no
-  !> snapshots, all usable candidates measure and count as open, too. Collective on all ranks.
+  !> Divides the usable candidates: a random half (draw_half, by clusters.seed) measures the errors, the others may become
+  !> snapshots. If the deck adds no snapshots (no clusters.refine, or its max_points is 0), all usable candidates measure and count
+  !> as open, too. Collective on all ranks.
   !>
   !> Errors: no candidate is usable.
   subroutine share_candidates(problem, candidates, attempt, error, ierr)
@@ -112,7 +113,7 @@ contains
   subroutine train_attempt(problem, candidates, which, attempt, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
-    !> numbers of the clusters whose snapshots are new
+    !> numbers of the clusters whose snapshots are new, 1-based
     integer, intent(in) :: which(:)
     !> in: snapshots, division, local models of the other clusters, is_measure, is_open; out: all local models, the model, its
     !> errors
@@ -143,7 +144,7 @@ contains
     call finish_displacement_errors(candidates, attempt%errors)
   end subroutine train_attempt
 
-  !> [-] Returns the errors at the candidates that are kept for measuring.
+  !> [-] Returns the errors at the candidates of is_measure, in their order; infinite and NaN as in pool_errors_t.
   pure function measured(self) result(values)
     class(attempt_t), intent(in) :: self
     real(rk), allocatable :: values(:)
@@ -151,7 +152,7 @@ contains
     values = pack(self%errors%values, self%is_measure)
   end function measured
 
-  !> Returns the errors at the candidates that may become snapshots; all others count as not measured.
+  !> Returns the errors at the candidates of is_open; all others count as not measured.
   pure function open_errors(self) result(errors)
     class(attempt_t), intent(in) :: self
     type(pool_errors_t) :: errors

@@ -124,8 +124,9 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> Tries 1, 2, ... clusters, each with a new division of all snapshots, until one reaches the target; keeps the best model. A
-  !> number of clusters that cannot be trained ends this with a warning, or, if it is 1, with an error. Collective on all ranks.
+  !> Tries 1, 2, ... clusters, at most clusters.max_number and n_items, each with a new division of all snapshots, until one reaches
+  !> the target or a signal comes; keeps the best model. A number of clusters that cannot be trained ends this with a warning, or,
+  !> if it is 1, with an error. Collective on all ranks.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -169,8 +170,8 @@ contains
 
   !> In each round adds snapshots to the cluster with the largest error, or splits it if its last snapshots did not help enough. A
   !> cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a warning. A
-  !> round can make the model worse, so that of the best round is kept. Collective on all ranks. Errors: those of start_attempt; the
-  !> forest cannot be trained again.
+  !> round can make the model worse, so that of the best round is kept. Ends when the target is reached, when choose_step finds no
+  !> cluster, or after a signal. Collective on all ranks. Errors: those of start_attempt; the forest cannot be trained again.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in), target :: candidates
@@ -210,7 +211,10 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses the cluster k with the largest error that can get snapshots or be split, and whether it is split; k = 0: there is none.
+  !> Chooses the cluster k with the largest error at the open candidates that can get snapshots or be split, and whether it is
+  !> split; k = 0: there is none. A cluster can get snapshots if it may grow, refine.max_points is not reached, and one of its open
+  !> candidates has an error above 0. It can be split if it may be and there are fewer than max_number clusters; then it is split if
+  !> its last snapshots did not help enough, or if it can get none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
@@ -232,14 +236,15 @@ contains
     if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
   end subroutine choose_step
 
-  !> Adds the worst candidates of cluster k, up to refine.points_per_round, to its snapshots and trains it. Whether this helped
-  !> enough (prospects(k)%is_split_next) is judged by the errors at its other candidates, before and after. Collective on all ranks.
+  !> Adds the worst open candidates of cluster k, up to refine.points_per_round and as long as refine.max_points allows, to its
+  !> snapshots and trains it. Whether this helped enough (prospects(k)%is_split_next) is judged by the errors at its other open
+  !> candidates, before and after (has_gained). Collective on all ranks.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
     type(snapshot_set_t), intent(in), target :: candidates
     integer, intent(in) :: k
-    !> snapshots before the first round
+    !> number of snapshots before the first round
     integer, intent(in) :: n_first
     type(attempt_t), intent(inout) :: attempt
     type(prospect_t), intent(inout) :: prospects(:)
@@ -283,6 +288,7 @@ contains
   !> Whether new snapshots reduced the statistic of the errors to at most 0.7 times the one before; if it is infinite afterwards,
   !> whether they did so with the number of infinite errors.
   pure logical function has_gained(statistic, before, after)
+    !> median, p95 or max
     character(*), intent(in) :: statistic
     !> [-] errors at the candidates of the cluster, before and after
     real(rk), intent(in) :: before(:)
@@ -297,7 +303,8 @@ contains
     end if
   end function has_gained
 
-  !> Splits cluster k and trains both halves. Collective on all ranks. Errors: the forest cannot be trained.
+  !> Splits cluster k and trains both halves; one becomes cluster k, the other the last cluster. Both may grow and be split again. A
+  !> half that cannot be trained gives a warning. Collective on all ranks. Errors: the forest cannot be trained.
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -328,10 +335,12 @@ contains
     end if
   end subroutine try_split
 
-  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If its model is better than all before, it becomes the best
-  !> one; of nearly equal models the first is kept. An error without any value counts as infinite.
+  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If its model is better than all before (is_better), it
+  !> becomes the best one. The error is the target's statistic at the candidates of is_measure; if all their errors are NaN, it is
+  !> infinite.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
+    !> as in refinement_round_t
     character(*), intent(in) :: action
     !> cluster that was changed, 0 = all
     integer, intent(in) :: k
@@ -364,9 +373,11 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> Whether the error is clearly smaller than the best one, or, if both are infinite, whether fewer candidates failed.
+  !> Whether the error is smaller than the best one by more than 1e-8 relative, or, if both are infinite, whether fewer candidates
+  !> failed.
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
+    !> number of infinite errors
     integer, intent(in) :: n_failed
     real(rk), intent(in) :: best_error
     integer, intent(in) :: best_n_failed

@@ -60,8 +60,8 @@ contains
     round%share_above = real(count(errors > large_error), rk) / max(1, round%errors%n_values)
   end function make_round
 
-  !> Returns the cluster with the largest statistic of the errors at its candidates, the first of nearly equal ones; 0 if none may
-  !> be chosen.
+  !> Returns the cluster with the largest statistic of the errors at its candidates (0 without an error that is a number), the first
+  !> of those that are equal to 1e-8 relative; 0 if none may be chosen.
   pure integer function worst_cluster(statistic, errors, n_clusters, may_choose) result(worst)
     !> median, p95 or max
     character(*), intent(in) :: statistic
@@ -110,7 +110,8 @@ contains
   end function n_failed
 
   !> Returns the line of the log: `round 2: cluster 1 gets 5 snapshots: 3 clusters, 36 snapshots; e_lambda_rid at 95 candidates:
-  !> median 1.20E-02, p95 3.40E-01, 12 % above 0.1`.
+  !> median 1.20E-02, p95 3.40E-01, 12 % above 0.1`, and at its end the number of infinite errors if there are any (`, 2 failed`).
+  !> Candidates without an error (NaN) do not count.
   pure function round_text(i_round, round, n_new, measure) result(text)
     !> from 0
     integer, intent(in) :: i_round
@@ -141,7 +142,8 @@ contains
     text = trim(adjustl(buffer))
   end function three_digits
 
-  !> Adds to the report, below reduction/refinement, how a refinement ended.
+  !> Adds to the report, below reduction/refinement, how a refinement ended, with the number of rounds after round 0, the number of
+  !> candidates that measured in the last round, and the number of infinite errors of the best one. Requires: there is a round.
   subroutine report_refinement(rounds, best_round, is_reached, ending, report)
     type(refinement_round_t), intent(in) :: rounds(:)
     !> number of the round that gave the model, from 0 on
@@ -160,7 +162,7 @@ contains
     call report%add('reduction/refinement/ending', ending)
   end subroutine report_refinement
 
-  !> Writes refinement.csv to the path, one line per round. Errors: the file cannot be written.
+  !> Writes refinement.csv to the path: a head, then one line per round, from round 0 on. Errors: the file cannot be written.
   subroutine write_refinement_table(rounds, path, error)
     type(refinement_round_t), intent(in) :: rounds(:)
     character(*), intent(in) :: path

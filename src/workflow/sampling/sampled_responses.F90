@@ -69,8 +69,9 @@ module sig_sampled_responses
 
 contains
 
-  !> Chooses the points that are solved first with their own stiffness; there are none if the responses are not possible, not wanted
-  !> or save no time. Then every point is solved with its own stiffness. Local; the same on all ranks.
+  !> Chooses the points that are solved first with their own stiffness. There are none if the stiffness is fixed, or if the
+  !> responses are not possible, not wanted or save no time; training.stiffness: auto wants them only if they are exact and
+  !> may_condense. Then every point is solved with its own stiffness. Local; the same on all ranks.
   subroutine choose(self, problem, points, n_ranks, first)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -112,7 +113,7 @@ contains
     allocate (self%is_solved(n_first), source=.false.)
   end subroutine choose
 
-  !> Logs why there is no interpolation, if the deck asks for it.
+  !> Logs why there is no interpolation, if the deck asks for it (`interpolated`).
   subroutine tell_why_factored(wish, reason)
     !> training.stiffness of the deck
     character(*), intent(in) :: wish
@@ -122,8 +123,8 @@ contains
       'training.stiffness: interpolated has no effect; each point is solved exactly, with its own stiffness: ' // reason)
   end subroutine tell_why_factored
 
-  !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice and
-  !> another solver is planned. Local.
+  !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice (auto) and
+  !> another solver than condensed is planned. Local.
   pure logical function may_condense(problem)
     type(problem_t), intent(in) :: problem
 
@@ -135,6 +136,7 @@ contains
   !> Returns why the responses are impossible, need too much memory or save no time; empty if they do none of this.
   function why_not(problem, constants, n_most, n_ranks) result(reason)
     type(problem_t), intent(in) :: problem
+    !> elastic constants of each body, from find_body_constants
     type(body_constants_t), intent(in) :: constants(:)
     !> largest number of interpolation nodes of a body that saves time
     integer, intent(in) :: n_most
@@ -154,11 +156,11 @@ contains
     end associate
   end function why_not
 
-  !> Keeps the contact forces of a point that was solved first, and whether it converged; does nothing if there are no such points.
-  !> Local; the leader of the group calls it.
+  !> Keeps the contact forces of a point that was solved first, and whether it converged; does nothing if choose has found no
+  !> points. Local; the leader of the group calls it.
   subroutine collect(self, i, state)
     class(sampled_responses_t), intent(inout) :: self
-    !> position of the point in `first`
+    !> position of the point in `first` of choose, 1-based
     integer, intent(in) :: i
     !> its full-order solution
     type(contact_state_t), intent(in) :: state
@@ -209,7 +211,7 @@ contains
     call self%reduced%create_room(self%room)
   end subroutine create
 
-  !> Gives all ranks the contact forces that the leaders have collected. Collective on all ranks.
+  !> Gives all ranks the contact forces that the leaders have collected, and which of the points converged. Collective on all ranks.
   subroutine share(self, ierr)
     class(sampled_responses_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -224,9 +226,10 @@ contains
     self%is_solved = is_solved > 0
   end subroutine share
 
-  !> Logs how the other points are solved, and the error of the responses.
+  !> Logs how the other points are solved, and the error of the responses; warns if the responses cannot be used.
   subroutine tell(self, error)
     class(sampled_responses_t), intent(in) :: self
+    !> of interpolate_responses
     type(error_t), allocatable, intent(in) :: error
     character(:), allocatable :: text
 
@@ -249,7 +252,8 @@ contains
   end subroutine tell
 
   !> Solves a point by the responses; with its own stiffness if they give no solution, or if the residual of equilibrium is above
-  !> reduction.stiffness_tolerance. Collective on the group. Requires: is_ready.
+  !> reduction.stiffness_tolerance. state%reason says how the solution ended; state%seconds is the time of both. Collective on the
+  !> group. Requires: is_ready.
   subroutine solve(self, problem, solver, point, state, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
