@@ -62,7 +62,6 @@ contains
   !> Builds models in rounds until the error at the candidates is at most clusters.target.error, or nothing more can be tried. The
   !> model is that of the best round, with a warning if it misses the target. A signal ends it without a model (outcome%is_stopped).
   !> Collective on all ranks; the same on each.
-  !>
   !> Errors: those of take_solved, check_start, share_candidates and of the training in the first round; the forest cannot be
   !> trained again. A later round that cannot be trained is undone.
   subroutine refine(problem, snapshots, candidates, fallback, model, outcome, error, ierr)
@@ -124,9 +123,8 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> Tries 1, 2, ... clusters, at most clusters.max_number and n_items, each with a new division of all snapshots, until one reaches
-  !> the target or a signal comes; keeps the best model. A number of clusters that cannot be trained ends this with a warning, or,
-  !> if it is 1, with an error. Collective on all ranks.
+  !> Tries 1, 2, ... clusters (at most max_number and n_items), each with a new division of all snapshots, until one reaches the
+  !> target; keeps the best model. A number that cannot be trained ends this with a warning, or, if it is 1, an error. Collective.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -170,8 +168,8 @@ contains
 
   !> In each round adds snapshots to the cluster with the largest error, or splits it if its last snapshots did not help enough. A
   !> cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a warning. A
-  !> round can make the model worse, so that of the best round is kept. Ends when the target is reached, when choose_step finds no
-  !> cluster, or after a signal. Collective on all ranks. Errors: those of start_attempt; the forest cannot be trained again.
+  !> round can make the model worse, so that of the best round is kept. Collective on all ranks. Errors: those of start_attempt; the
+  !> forest cannot be trained again.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in), target :: candidates
@@ -211,10 +209,8 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses the cluster k with the largest error at the open candidates that can get snapshots or be split, and whether it is
-  !> split; k = 0: there is none. A cluster can get snapshots if it may grow, refine.max_points is not reached, and one of its open
-  !> candidates has an error above 0. It can be split if it may be and there are fewer than max_number clusters; then it is split if
-  !> its last snapshots did not help enough, or if it can get none.
+  !> Chooses the cluster k with the largest error at its open candidates that can get some of them or be split; k = 0: there is
+  !> none. It is split if it can be split, and its last snapshots did not help enough or it can get none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
@@ -236,9 +232,8 @@ contains
     if (k > 0) is_split = can_split(k) .and. (prospects(k)%is_split_next .or. .not. can_grow(k))
   end subroutine choose_step
 
-  !> Adds the worst open candidates of cluster k, up to refine.points_per_round and as long as refine.max_points allows, to its
-  !> snapshots and trains it. Whether this helped enough (prospects(k)%is_split_next) is judged by the errors at its other open
-  !> candidates, before and after (has_gained). Collective on all ranks.
+  !> Adds the worst open candidates of cluster k, as many as points_per_round and max_points allow, to its snapshots and trains it.
+  !> Whether this helped enough (else is_split_next) has_gained judges at its other open candidates. Collective on all ranks.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -285,10 +280,9 @@ contains
     end function own_errors
   end subroutine try_growth
 
-  !> Whether new snapshots reduced the statistic of the errors to at most 0.7 times the one before; if it is infinite afterwards,
-  !> whether they did so with the number of infinite errors.
+  !> Whether new snapshots reduced the statistic (median, p95 or max) of the errors to at most 0.7 times the one before; if it is
+  !> infinite afterwards, whether they did so with the number of infinite errors.
   pure logical function has_gained(statistic, before, after)
-    !> median, p95 or max
     character(*), intent(in) :: statistic
     !> [-] errors at the candidates of the cluster, before and after
     real(rk), intent(in) :: before(:)
@@ -303,8 +297,7 @@ contains
     end if
   end function has_gained
 
-  !> Splits cluster k and trains both halves; one becomes cluster k, the other the last cluster. Both may grow and be split again. A
-  !> half that cannot be trained gives a warning. Collective on all ranks. Errors: the forest cannot be trained.
+  !> Splits cluster k and trains both halves, clusters k and n + 1. Collective on all ranks. Errors: the forest cannot be trained.
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -335,12 +328,10 @@ contains
     end if
   end subroutine try_split
 
-  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If its model is better than all before (is_better), it
-  !> becomes the best one. The error is the target's statistic at the candidates of is_measure; if all their errors are NaN, it is
-  !> infinite.
+  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If is_better says so, its model becomes the best one. Its
+  !> error is the target's statistic at the candidates of is_measure, infinite if these have no error. `action`: refinement_round_t.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
-    !> as in refinement_round_t
     character(*), intent(in) :: action
     !> cluster that was changed, 0 = all
     integer, intent(in) :: k
@@ -373,11 +364,9 @@ contains
     best = attempt
   end subroutine keep_round
 
-  !> Whether the error is smaller than the best one by more than 1e-8 relative, or, if both are infinite, whether fewer candidates
-  !> failed.
+  !> Whether the error is below the best one by more than 1e-8 of it; if both are infinite, whether fewer errors are (n_failed).
   pure logical function is_better(error, n_failed, best_error, best_n_failed)
     real(rk), intent(in) :: error
-    !> number of infinite errors
     integer, intent(in) :: n_failed
     real(rk), intent(in) :: best_error
     integer, intent(in) :: best_n_failed

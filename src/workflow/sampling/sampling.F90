@@ -81,8 +81,8 @@ contains
     PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
   end subroutine sample
 
-  !> Chooses the team of groups by training.groups of the deck. Its solver is made by solve_missing, if there is something to do.
-  !> Collective on all ranks.
+  !> Chooses the team of groups by training.groups of the deck, also for other sets of points. Its solver is made by solve_missing,
+  !> if there is something to do. Collective on all ranks.
   subroutine create(self, full_order, n_points, ierr)
     class(sampler_t), intent(inout) :: self
     !> loaded
@@ -95,9 +95,9 @@ contains
     PetscCall(full_order%team_for(self%problem%deck%training%n_groups, n_points, self%team, ierr))
   end subroutine create
 
-  !> Solves the points of which the store has no converged solution, then merges the store into one file. A point that does not
-  !> converge is stored with its reason, and the next call tries it again. After a signal the finished points stay in shards.
-  !> Collective on all ranks; errors are known to all.
+  !> Solves the points of which the store has no converged solution, then merges the store into one file; does nothing if all are
+  !> solved and merged. A point that does not converge is stored with its reason, and the next call tries it again. After a signal
+  !> (outcome%is_stopped) the finished points stay in shards. Collective on all ranks; errors are known to all.
   !>
   !> Errors: those of check_points and find_finished_points; the solver does not use one of its PETSc options; a file cannot be
   !> written; the elastic response to the prescribed values cannot be computed.
@@ -128,14 +128,16 @@ contains
     PetscCall(solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr))
   end subroutine solve_missing
 
-  !> Solves some of the points and merges the store; after a signal it only writes the shards. Collective on all ranks.
+  !> Solves some of the points and merges the store; after a signal or an error it only writes the shards. Collective on all ranks.
+  !> Errors: those of solve_points, close_buffer and merge_snapshots.
   subroutine solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
+    !> all, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> numbers of the points that are solved, 1-based
     integer, intent(in) :: to_do(:)
-    !> dofs of which the store keeps displacements: all or none
+    !> number of dofs of which the store keeps displacements: all or 0
     integer, intent(in) :: n_stored
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
@@ -160,7 +162,7 @@ contains
   !> others write theirs. If nothing will be merged, all write. Collective on all ranks. Errors: a shard cannot be written.
   subroutine close_buffer(groups, is_failed, buffer, error, ierr)
     type(rank_groups_t), intent(in) :: groups
-    !> nothing will be merged
+    !> nothing will be merged, because of an error or a signal
     logical, intent(in) :: is_failed
     type(snapshot_buffer_t), intent(inout) :: buffer
     !> the earlier one is kept
@@ -176,8 +178,8 @@ contains
   end subroutine close_buffer
 
   !> Solves the points. If the responses are used, some points are solved first with their own stiffness, then the responses are
-  !> made, and the other points are solved by them. Collective on all ranks. Errors: a shard cannot be written; the solver does not
-  !> use one of its PETSc options.
+  !> made, and the other points are solved by them if they are ready. After a signal in any group, no group begins the other points.
+  !> Collective on all ranks. Errors: a shard cannot be written; the solver does not use one of its PETSc options.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
@@ -235,9 +237,9 @@ contains
     is_ended = ended > 0
   end subroutine agree_to_end
 
-  !> Solves this group's share of some points, as many at once as the solver takes. A point that did not converge is kept with its
-  !> reason. A signal ends the loop. Collective on the group. Errors: a shard cannot be written; the solver does not use one of its
-  !> PETSc options.
+  !> Solves this group's share of some points (deal_points), as many at once as the solver takes. A point that did not converge is
+  !> kept with its reason. A signal or an error of the group ends the loop after a batch. Collective on the group. Errors: a shard
+  !> cannot be written; the solver does not use one of its PETSc options.
   subroutine solve_some(self, points, numbers, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     !> all that are left to do, shape (n_parameters, n_points)
@@ -308,8 +310,8 @@ contains
     PetscCall(broadcast_error(error, self%team%groups%comm, ierr))
   end subroutine solve_batch
 
-  !> Makes a record of a solution; its arrays move from the state to the record. Without has_displacement its
-  !> displacement has size 0.
+  !> Makes a record of a solution; displacement and multipliers move from the state to the record. Without has_displacement the
+  !> record's displacement has size 0 and the state keeps its own.
   pure subroutine make_record(point, has_displacement, state, record)
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)

@@ -91,7 +91,8 @@ contains
     names = list_files(self%folder, self%name // '.part-')
   end function list_shards
 
-  !> Finds out which points have a converged solution already, and whether nothing is left to do. Collective on all ranks.
+  !> Finds out which points have a converged solution already, and whether nothing is left to do. Solutions without displacements do
+  !> not count if the deck needs displacements. Collective on all ranks.
   !>
   !> Errors: the files of the store cannot be read, or are of another deck or mesh.
   subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
@@ -134,10 +135,10 @@ contains
   end subroutine find_finished_points
 
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
-  !> Of several solutions of a point the last converged one is kept. Solutions without displacements are left out if the deck needs
-  !> displacements. Local.
+  !> Of several solutions of a point the last converged one is kept. A merged file without displacements is left out, with a note in
+  !> the log, if the deck needs them. Damaged records at the end of a shard are left out with a warning. Local.
   !>
-  !> Errors: a file cannot be read, or is of another deck or mesh.
+  !> Errors: a file cannot be read, or is of another deck or mesh; a shard has not n_stored dofs.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -145,7 +146,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> the solutions that are found, in the order of the points; also those that did not converge, by their reason
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
-    !> no solution is found; of the given points, then of the others
+    !> no solution is found; of the given points, then of the others (false)
     logical, allocatable, intent(out) :: is_missing(:)
     !> number of dofs of which the store keeps displacements: all if the deck needs them or the file has them, else 0
     integer, intent(out) :: n_stored
@@ -197,7 +198,7 @@ contains
     end do
   end function points_of
 
-  !> Reads the merged file of a store. Local.
+  !> Reads the merged file of a store: all points and dofs, or those of the optional arguments. Local.
   !>
   !> Errors: those of read_snapshot_set; the sizes are not those of the problem although the provenance is.
   subroutine read_own_snapshots(problem, path, set, error, dofs, points, is_missing)
@@ -223,7 +224,7 @@ contains
         hint='remove the file and sample again')
   end subroutine read_own_snapshots
 
-  !> Whether the set has solutions, and displacements of none of them, as for a condensed model, which needs contact forces only.
+  !> Whether the set has points, and displacements of none of them, as for a condensed model, which needs contact forces only.
   pure logical function lacks_displacements(set)
     type(snapshot_set_t), intent(in) :: set
 
@@ -267,8 +268,8 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine read_spread
 
-  !> Writes the merged file again so that the given points come first, in their order; does nothing if they do already. Local: one
-  !> rank writes. Requires: all points are in the store. Errors: the file cannot be read or written.
+  !> Writes the merged file again so that the given points come first, in their order; does nothing if they do already, bit by bit.
+  !> Local: one rank writes. Requires: all points are in the store. Errors: the file cannot be read; those of write_merged.
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -38,7 +38,8 @@ contains
       count_or_word(deck%greedy%max_points, huge(1), 'none')
   end function rule_of
 
-  !> Returns a hash of all settings on which the choice depends, except for those of its end.
+  !> Returns a hash (hexadecimal) of all on which the choice depends, except for max_points and tolerance: deck and mesh, the box,
+  !> the candidates, and settings of greedy and reduction.
   function settings_of(problem, candidates) result(settings)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
@@ -58,8 +59,9 @@ contains
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))
   end function settings_of
 
-  !> Reads from selection.csv what an earlier run with the same settings has chosen. If there was none, the selection has no points
-  !> and is not finished. Local; the same on all ranks.
+  !> Reads from selection.csv what an earlier run with the same settings_of has chosen. If there was none, the selection has no
+  !> points and is not finished; if only max_points or tolerance were others, it has points and is not finished. Local; the same on
+  !> all ranks.
   !>
   !> Errors: selection.csv cannot be read, or is no such table.
   subroutine begin_selection(problem, candidates, folder, selection, error)
@@ -96,8 +98,8 @@ contains
     is_done = is_merged
   end subroutine is_complete
 
-  !> Writes selection.csv anew, unless there is an error already, and makes an error known to all ranks. Collective on all ranks.
-  !> Errors: the file cannot be written.
+  !> Writes selection.csv anew, unless the writer has an error already, and makes an error of any rank known to all. Collective on
+  !> all ranks. Errors: the file cannot be written.
   subroutine keep_selection(problem, folder, selection, is_writer, error, ierr)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -114,7 +116,8 @@ contains
 
   !> Finds the training points: those of the deck, or those that a greedy selection has chosen among them. Local.
   !>
-  !> Errors: those of build_points; selection.csv is missing, not finished, or cannot be read.
+  !> Errors: those of build_points; there is no finished selection with these settings and limits in selection.csv, or it cannot be
+  !> read.
   subroutine training_points(problem, folder, points, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder

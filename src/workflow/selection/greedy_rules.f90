@@ -42,9 +42,10 @@ contains
     call selection%shorten(n)
   end subroutine cut_at_end
 
-  !> Appends the candidates with the largest defects to the selection, at most greedy.batch; if none, sets selection%stopped_by.
-  !> Sets selection%largest_left to the largest defect before the choice. The points of a round keep a distance, because neighbors
-  !> have large defects together. Logs each choice. Local.
+  !> Appends the candidates with the largest defects to the selection, at most greedy.batch and as long as selection_end allows; if
+  !> none, sets selection%stopped_by. Sets selection%largest_left to the largest defect of the candidates that were not chosen
+  !> before. The points of a round keep the distance half_spacing, because neighbors have large defects together. Logs each choice.
+  !> Local.
   subroutine pick_worst(deck, candidates, defects, selection, chosen)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_candidates)
@@ -105,8 +106,9 @@ contains
     end do
   end subroutine leave_out
 
-  !> Returns why no further point is chosen: `tolerance`, `candidates` (none is left, or all indicators are at most 1e-13 and the
-  !> deck has no tolerance), or `max_points`; empty if one may be chosen.
+  !> Returns why no further point is chosen, the first of these that holds: `candidates` (none is left), `tolerance` (the largest
+  !> indicator is at most the deck's tolerance, if it has one), `candidates` (it is at most 1e-13), `max_points` (they are reached);
+  !> empty if one may be chosen.
   pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
     !> number of points so far
@@ -132,7 +134,7 @@ contains
     type(deck_config_t), intent(in) :: deck
     !> position in the selection, 1-based
     integer, intent(in) :: i_point
-    !> name of the indicator
+    !> name of the indicator: defect or projection error
     character(*), intent(in) :: what
     !> [-] its value at the point
     real(rk), intent(in) :: indicator

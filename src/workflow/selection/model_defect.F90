@@ -68,7 +68,9 @@ module sig_model_defect
 
 contains
 
-  !> Condenses the full-order model if this is possible, and sets is_bound. Collective on all ranks.
+  !> Condenses the full-order model and sets is_bound, if this is possible: the stiffness is fixed and may be factored, supports
+  !> hold all bodies, W fits into the memory, and contact_error_bound takes it. Otherwise is_bound stays false. Collective on all
+  !> ranks.
   subroutine create(self, problem, solver, ierr)
     class(model_defect_t), intent(inout) :: self
     !> problem and solver must outlive this object
@@ -131,9 +133,10 @@ contains
   end subroutine measure
 
   !> Computes orthonormal fields U whose combinations contain all answers of the model and of the full-order model, and keeps their
-  !> coordinates R in self%columns and U' K U in self%energy. Collective on all ranks.
+  !> coordinates R in self%columns and U' K U in self%energy. Collective on all ranks. Requires: is_bound.
   subroutine prepare(self, cluster, ierr)
     class(model_defect_t), intent(inout) :: self
+    !> the only cluster of the model
     type(hhr_data_t), intent(in) :: cluster
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: fields(:, :), forces(:, :), own(:, :), sizes(:), values(:), vectors(:, :)
@@ -171,7 +174,8 @@ contains
     end associate
   end subroutine prepare
 
-  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm; infinite without an answer. Local.
+  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm (at least smallest_share); infinite
+  !> without an answer. Local. Requires: prepare.
   real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
@@ -242,7 +246,7 @@ contains
 
   !> Computes the true errors of an answer at a point, which a bound must not be below: the energy norm of the error of its
   !> displacement, and of the displacement that the error of its contact forces causes (NaN if the full-order model is not
-  !> condensed); both divided by the energy norm of the answer. Collective on all ranks.
+  !> condensed); both divided by the energy norm of the answer (at least smallest_share). Collective on all ranks. Requires: create.
   subroutine true_errors(self, point, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
     !> shape (n_parameters)

@@ -60,7 +60,7 @@ contains
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(sampling_result_t), intent(out) :: outcome
-    !> in: what an earlier run has chosen; out: all chosen points
+    !> in: what an earlier run has chosen, from begin_selection; out: all chosen points
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -91,7 +91,7 @@ contains
     end if
   end subroutine select_by_defect
 
-  !> Returns why the defect is no bound, as a part of a sentence.
+  !> Returns why the defect is no bound, as the begin of a sentence.
   pure function why_no_bound(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -112,8 +112,9 @@ contains
     call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
   end subroutine begin_far_apart
 
-  !> Solves the last choices at full order, computes the errors that the model had there, and writes selection.csv. Collective on
-  !> all ranks. Errors: those of solve_missing and compare_answers; selection.csv cannot be written.
+  !> Solves the points of the selection that have no converged solution yet, computes the errors that the model had at those of the
+  !> last round, and writes selection.csv. After a signal while points are solved it does only this. Collective on all ranks.
+  !> Errors: those of solve_missing and compare_answers; selection.csv cannot be written.
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
@@ -164,8 +165,9 @@ contains
     end do
   end subroutine compare_answers
 
-  !> Trains a model of the solved points and appends to the selection the candidates with its largest defects, or sets the reason to
-  !> stop. Collective on all ranks. Errors: those of train_draft; the model cannot answer.
+  !> Trains a model of the solved points and appends to the selection the candidates with its largest defects (pick_worst), or sets
+  !> selection%stopped_by; keeps the model's answers there. Collective on all ranks. Errors: those of train_draft; the model cannot
+  !> answer.
   subroutine choose_new_points(rounds, candidates, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     !> shape (n_parameters, n_candidates)
@@ -216,7 +218,8 @@ contains
     call fill_start_sets(online%model)
   end subroutine train_draft
 
-  !> Keeps in `rounds` the displacements and contact forces that the model answers at the points that will be solved. Local.
+  !> Keeps in `rounds` the displacements and contact forces that the model answers at the points that will be solved, and their
+  !> number. Local.
   subroutine keep_answers(rounds, online, query, points)
     type(rounds_t), intent(inout) :: rounds
     type(online_model_t), intent(in) :: online

@@ -58,8 +58,8 @@ contains
     PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
   end subroutine select_by_projection
 
-  !> Selects points among the solved candidates and writes snapshots.h5. Local. Errors: no candidate has a solution that is not
-  !> zero; a file cannot be read or written.
+  !> Selects points among the solved candidates and writes snapshots.h5: their solutions first, then the others that it had. Local.
+  !> Errors: no candidate has a solution that is not zero; a file cannot be read or written.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -87,7 +87,7 @@ contains
   end subroutine choose_from_pool
 
   !> Computes the field of each candidate that the chosen ones have to represent (contact_part), divided by the norm of its
-  !> displacement; zeros if there is no solution, or if its displacement is only rounding.
+  !> displacement; zeros if there is no solution, or if its displacement is only rounding. Local.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
     !> solutions with all dofs
@@ -114,8 +114,8 @@ contains
     end do
   end subroutine vectors_to_represent
 
-  !> Chooses the initial points, which are far from each other, without those whose vector is zero; then the worst candidate each
-  !> time until selection_end has a reason.
+  !> Chooses the greedy.initial points that are far from each other, without those whose vector is zero (there are fewer then); then
+  !> the candidate with the largest projection error each time until selection_end has a reason. Fills the selection. Local.
   subroutine choose(problem, candidates, vectors, selection, chosen)
     type(problem_t), intent(in) :: problem
     !> points of the vectors, shape (n_parameters, n_candidates)

@@ -14,9 +14,10 @@ module sig_enrichment_table
 contains
 
   !> Writes enrichment.csv to the path: a head line, then for each hyper-reduced cluster a line for the basis without hats (hat 0)
-  !> and one per hat function, in the order of the choice. A line has what holds with all hats up to this one: number of modes, rank
-  !> and condition number of the contact rows, condition number of the stiffness. `pair` is the contact row of the hat. A model
-  !> without such clusters gives the head line only. Local. Errors: the file cannot be written.
+  !> and one per hat function, in the order of the choice. A line has what holds with all hats up to this one: number of POD modes
+  !> and hats, rank, condition number and ratio of singular values of the contact rows, condition number of the stiffness. `pair` is
+  !> the contact row of the hat, `node` its node in the order of the mesh file, both 1-based and 0 for hat 0. A model without such
+  !> clusters gives the head line only. Local. Errors: the file cannot be written.
   subroutine write_enrichment_table(model, path, error)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: path
@@ -39,7 +40,7 @@ contains
   !> Returns a line, without the cluster and the line end.
   pure function table_row(history, i) result(row)
     type(enrichment_history_t), intent(in) :: history
-    !> 1 for the basis without hats
+    !> position in the history: 1 for the basis without hats, k + 1 for hat k
     integer, intent(in) :: i
     character(:), allocatable :: row
 

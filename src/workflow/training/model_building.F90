@@ -41,9 +41,9 @@ contains
 
   !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
   !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. A hyper-reduced model has a
-  !> fallback where one is possible; otherwise add_certificates adds data for bounds of errors, if the stiffness is fixed and
-  !> certificate.max_error is not 0. Collective on all ranks; each rank gets the same model. There is no model if
-  !> refinement%is_stopped.
+  !> fallback where one is possible. Without one and if certificate.max_error is not 0, add_certificates adds data for bounds of
+  !> errors if the stiffness is fixed; else a warning says that answers have no bound. Collective on all ranks; each rank gets the
+  !> same model. There is no model if refinement%is_stopped.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
   !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
@@ -53,7 +53,8 @@ contains
     type(full_order_t), intent(inout) :: full_order
     !> results folder, where the solved candidates of clusters.target are
     character(*), intent(in) :: folder
-    !> full-order solutions at the training points; each rank has some of their dofs. On return the displacements may have size 0
+    !> full-order solutions at the training points; each rank has some of their dofs. On return the displacements may have size 0,
+    !> and the lifted responses are complete
     type(snapshot_set_t), intent(inout) :: snapshots
     type(model_t), intent(out) :: model
     !> how a refinement went; it has no rounds if the deck has no clusters.target
@@ -99,7 +100,7 @@ contains
   end subroutine build_model
 
   !> Computes the elastic responses to the lifted terms again if the snapshots have fewer of them, as those of an earlier version
-  !> do. Collective on all ranks. Errors: the stiffness could not be factored.
+  !> do; all dofs of them are on each rank afterwards. Collective on all ranks. Errors: the responses could not be solved for.
   subroutine complete_lifting(full_order, snapshots, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(inout) :: snapshots
@@ -187,7 +188,7 @@ contains
     end associate
   end subroutine build_exact
 
-  !> [-] Returns certificate.max_error of the deck, or the default where it is auto (negative in `reduction`).
+  !> [-] Returns certificate.max_error of the deck, or `default` where it is auto (negative in `reduction`).
   pure real(rk) function max_error_of(reduction, default)
     type(reduction_config_t), intent(in) :: reduction
     real(rk), intent(in) :: default

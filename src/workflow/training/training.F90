@@ -24,8 +24,9 @@ module sig_training
 
 contains
 
-  !> Divides the snapshots into clusters.number clusters and builds the hyper-reduced model of each. The model gets no fallback.
-  !> Collective on all ranks; the model is the same on each.
+  !> Divides the solved snapshots into clusters.number clusters (0: divide_snapshots chooses the number) and builds the
+  !> hyper-reduced model of each. Warns of points without a solution (take_solved) and of doubtful clusters. The model gets no
+  !> fallback. Collective on all ranks; the model is the same on each.
   !>
   !> Errors: no training point has a solution; those of divide_snapshots and train_clusters.
   subroutine train(problem, snapshots, model, error, ierr, is_draft)
@@ -59,7 +60,7 @@ contains
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> Selects the snapshots with a full-order solution, and warns of each of the others. Local. Errors: no point has a solution.
+  !> Selects the snapshots with a converged full-order solution, and warns of each of the others. Local. Errors: no point has one.
   subroutine take_solved(problem, snapshots, is_silent, solved, error)
     type(problem_t), intent(in) :: problem
     !> must outlive `solved`, which points to it

@@ -36,8 +36,9 @@ module sig_benchmark
 
 contains
 
-  !> Measures the time of a query over all points, and that of the active set method, which factors the stiffness at every step, at
-  !> up to 5 of the points. Collective on all ranks; the result is the same on each.
+  !> Measures the mean time of a query over all points (the largest of all ranks), and the median time of the active set method,
+  !> which factors the stiffness at every step, at up to 5 of the points. Collective on all ranks; the result is the same on each.
+  !> Requires: one point or more.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -91,7 +92,8 @@ contains
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, median, ierr))
   end subroutine time_refactored
 
-  !> Measures the mean time of a query over all points, which are asked again and again for at least 0.2 s. Local.
+  !> Measures the mean time of a query over all points, which are asked again and again for at least 0.2 s. Local. Requires: one
+  !> point or more.
   subroutine time_queries(online, query, points, seconds)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query

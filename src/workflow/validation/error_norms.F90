@@ -57,7 +57,8 @@ module sig_error_norms
 
 contains
 
-  !> Computes the errors of the answers at several points that share the stiffness of the system. Collective on system%comm.
+  !> Computes the errors of the answers at several points that share the stiffness of the system. Where an answer or a full-order
+  !> solution failed, it compares what is there, and the caller must tell. Collective on system%comm.
   subroutine measure_errors(system, bodies, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> with the elastic constants and strain_theta of these points
@@ -94,7 +95,8 @@ contains
     end do
   end subroutine measure_errors
 
-  !> Sets errors%field to |u_r - u|_K at each point, and errors%field_relative to this over |u|_K. Collective.
+  !> Sets errors%field to |u_r - u|_K (energy norm, K of the system; u_r of the answer) at each point, and errors%field_relative to
+  !> this over |u|_K (`relative`). Collective on system%comm.
   subroutine measure_fields(system, fields, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
@@ -113,7 +115,8 @@ contains
     end do
   end subroutine measure_fields
 
-  !> Computes the strain energy less the work of the loads, for each field, on the bodies and on the reduced domain. Collective.
+  !> Computes the strain energy less the work of the loads, for each field, on the bodies and on the reduced domain of the cluster
+  !> that the model chooses at the point. Collective on system%comm.
   subroutine measure_energies(system, bodies, online, answers, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
     type(measured_bodies_t), intent(in) :: bodies
@@ -121,7 +124,7 @@ contains
     type(answer_t), intent(in) :: answers(:)
     !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
     real(rk), intent(in) :: fields(:, :)
-    !> [force*length] on all bodies, on the reduced domain; shape (2, 2 * n_points)
+    !> [force*length] on all bodies, on the reduced domain; columns as `fields`, shape (2, 2 * n_points)
     real(rk), intent(out) :: energies(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: load(system%map%n_dofs), strain_energies(size(fields, 2))
@@ -141,7 +144,7 @@ contains
     end do
   end subroutine measure_energies
 
-  !> Computes 1/2 u' K u of each field, with the stiffness of the system. Collective.
+  !> Computes 1/2 u' K u of each field, with the stiffness of the system. Collective on system%comm.
   subroutine measure_strain_energies(system, fields, energies, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [length] natural, shape (n_dofs, n_fields)

@@ -40,7 +40,8 @@ module sig_validation
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
     !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution. Where the model has
-    !> no answer (method 0), e_lambda_all takes its contact forces as 0; judge_validation counts such a point with a huge error.
+    !> no answer (method 0), e_lambda_all takes its contact forces as 0, the displacement errors mean nothing, and judge_validation
+    !> counts the point with a huge error.
     !> Shape (n_errors, n_points)
     real(rk), allocatable :: errors(:, :)
     !> cluster that the model chooses; this and all that follows has shape (n_points)
@@ -155,7 +156,8 @@ contains
     end do
   end subroutine compare_points
 
-  !> Prepares the computation of energies of all bodies and of reduced domains. Local.
+  !> Prepares the computation of energies of all bodies and of the reduced domain of each cluster, with the elastic constants of
+  !> problem%body. Local.
   subroutine create_bodies(problem, online, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -165,7 +167,8 @@ contains
     call measure_with(problem, online, problem%body, bodies)
   end subroutine create_bodies
 
-  !> Sets the elastic constants with which energies are measured. Local.
+  !> Sets the elastic constants, those of `body`, with which `bodies` measures energies. Local. Requires: bodies%domains has its
+  !> size.
   subroutine measure_with(problem, online, body, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -182,8 +185,8 @@ contains
     call bodies%whole%imposed%create(problem%mesh, body, problem%strains, [(i, i=1, problem%mesh%n_cells)])
   end subroutine measure_with
 
-  !> Sets in `bodies` the values of the terms of imposed strains at some points that share a stiffness, and, if the stiffness
-  !> depends on the parameters, the elastic constants of these points. Local.
+  !> Sets in `bodies` the values of the terms of imposed strains at points that share a stiffness, and, if the stiffness depends on
+  !> the parameters, the elastic constants, those of the first of these points. Local.
   subroutine update_bodies(problem, online, points, bodies)
     type(problem_t), intent(in) :: problem
     type(online_model_t), intent(in) :: online
@@ -199,7 +202,8 @@ contains
     call measure_with(problem, online, body, bodies)
   end subroutine update_bodies
 
-  !> Compares the points of one batch. The leader fills their columns of the table. Collective on the team's group.
+  !> Solves the points of one batch, which share a stiffness, and compares the answers with the solutions. The leader fills their
+  !> columns of the table; other ranks leave it as it is. Collective on the team's group.
   subroutine compare_batch(problem, bodies, online, query, team, points, numbers, table, ierr)
     type(problem_t), intent(in) :: problem
     type(measured_bodies_t), intent(inout) :: bodies
@@ -244,7 +248,8 @@ contains
       answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound]
   end function table_column
 
-  !> Sets the arrays of the outcome and full_order_seconds, the median over the points that converged.
+  !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution, and
+  !> full_order_seconds, the median over the points that converged (0 without such points).
   subroutine unpack_table(table, outcome)
     !> columns of table_column, shape (n_columns, n_points)
     real(rk), intent(in) :: table(:, :)

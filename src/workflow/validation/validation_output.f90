@@ -74,8 +74,10 @@ contains
     if (reason == reason_converged) text = 'converged'
   end function status
 
-  !> Adds to the report: minimum, median, p95 and maximum of each error, the points with the largest e_lambda_rid, the number of
-  !> answers by each method, the verdict, the warnings, the times and, after a benchmark, the speed-up.
+  !> Adds to the report: the number of points; minimum, median, p95 and maximum of each error (report_statistics, so not as the
+  !> verdict counts them); the points with the largest e_lambda_rid, and how often it is infinite or no number; the numbers of
+  !> answers by each method, with several solutions, and by the fallback; verdict, warnings, times and, after a benchmark, the
+  !> speed-up.
   subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
     !> type of the solver that solved the full-order points
@@ -120,9 +122,11 @@ contains
     end do
   end subroutine warn_of_errors
 
-  !> Adds the times per point [s] and the speed-up of a query over two full-order solvers. The first one is the deck's solver, which
-  !> is usually the faster one because it may solve many points at once.
+  !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two
+  !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method.
+  !> Requires: the benchmark is done.
   subroutine report_benchmark(solver_type, outcome, report)
+    !> type of the deck's solver, for the key
     character(*), intent(in) :: solver_type
     type(validation_t), intent(in) :: outcome
     type(run_report_t), intent(inout) :: report
@@ -135,7 +139,7 @@ contains
     end associate
   end subroutine report_benchmark
 
-  !> Lists the names of the methods and the number of points that each answered; points without an answer come first.
+  !> Lists the names of all methods and the number of points that each answered; points without an answer come first, as `none`.
   pure subroutine count_methods(outcome, names, counts)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable, intent(out) :: names(:)
@@ -150,7 +154,7 @@ contains
     end do
   end subroutine count_methods
 
-  !> Whether an error is NaN or negative.
+  !> Whether the value is NaN or negative.
   elemental logical function is_no_number(value)
     real(rk), intent(in) :: value
 
@@ -162,7 +166,7 @@ contains
   function worst_points(deck, outcome, i_error) result(points)
     type(deck_config_t), intent(in) :: deck
     type(validation_t), intent(in) :: outcome
-    !> position in error_names
+    !> position in error_names, 1-based
     integer, intent(in) :: i_error
     type(string_t), allocatable :: points(:)
     logical :: is_left(size(outcome%points, 2))
@@ -178,7 +182,8 @@ contains
     end do
   end function worst_points
 
-  !> Copies the verdict, the statistics of the errors and the number of answers by each method into the model.
+  !> Copies the verdict, the statistics of the errors (measured_statistics: without NaN values) and the number of answers by each
+  !> method into the model; replaces those of an earlier validation.
   subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict

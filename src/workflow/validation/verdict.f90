@@ -60,8 +60,8 @@ contains
       ' without an answer'
   end function judge_validation
 
-  !> Returns the errors of the points with a full-order solution. Without an answer the error is huge(errors). An error that is NaN
-  !> becomes 0 if the full-order solution has no contact force anywhere, otherwise huge(errors).
+  !> Returns the errors of the points with a full-order solution, in their order. Without an answer the error is huge(errors). An
+  !> error that is NaN becomes 0 if the full-order solution has no contact force anywhere, otherwise huge(errors).
   pure function counted_errors(outcome, i_error) result(errors)
     type(validation_t), intent(in) :: outcome
     !> position in error_names
@@ -81,8 +81,8 @@ contains
   end function counted_errors
 
   !> Returns a table without a line end at its end: median, p95 and maximum of e_u, e_lambda_rid and e_lambda_all (by
-  !> counted_errors) and of the bounds, where there are any; the number of points without a bound or an answer, and of those that
-  !> the fallback answered.
+  !> counted_errors) and of the bounds, where there are any; the number of points without an error_bound (if there are such points),
+  !> of points with a full-order solution but without an answer, and of those that the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
@@ -113,7 +113,7 @@ contains
     text = cell(name, 24) // cell(shown(statistics%median), 14) // cell(shown(statistics%p95), 14) // shown(statistics%maximum)
   end function row
 
-  !> Returns a number as text; `none` for NaN and huge numbers, which stand for points without an answer.
+  !> Returns a number as text (short_number); `none` for NaN, huge(value) and infinity, as for points without an answer.
   pure function shown(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text
