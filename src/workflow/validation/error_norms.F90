@@ -57,8 +57,8 @@ module sig_error_norms
 
 contains
 
-  !> Computes the errors of the answers at several points that share the stiffness of the system. Where an answer or a full-order
-  !> solution failed, it compares what is there, and the caller must tell. Collective on system%comm.
+  !> Computes the errors of the answers at several points that share the stiffness of the system. They mean nothing where an answer
+  !> or a full-order solution failed. Collective on system%comm.
   subroutine measure_errors(system, bodies, online, answers, states, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> with the elastic constants and strain_theta of these points
