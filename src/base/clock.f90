@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Wall clock for durations.
+!> Wall clock for durations, and the date.
 module sig_clock
   use sig_kinds, only: lk, rk
   implicit none(type, external)

@@ -95,7 +95,8 @@ contains
     if (len(text_or_empty(error%hint)) > 0) text = text // new_line('a') // 'hint: ' // error%hint
   end function error_report
 
-  !> Returns the error's source line and the marker, each on a new line. The result is empty where the text has no such line.
+  !> Returns the error's source line and, if its column is known, the marker, each after a line end. The result is empty where the
+  !> text has no such line. Requires: the error has a line.
   pure function marked_line(error, source_text) result(text)
     type(error_t), intent(in) :: error
     character(*), intent(in) :: source_text

@@ -26,7 +26,8 @@ module sig_log
 
 contains
 
-  !> Starts the log. Every rank calls it; one of them with is_speaking. Local.
+  !> Sets what this rank writes to the terminal; before this call it writes nothing there. Every rank calls it, one of them with
+  !> is_speaking. Local.
   subroutine start_log(is_speaking, is_quiet)
     !> whether this rank writes to the terminal
     logical, intent(in) :: is_speaking

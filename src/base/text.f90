@@ -74,7 +74,7 @@ contains
     end if
   end function counted
 
-  !> Returns the verb for n things: `is` or `are`.
+  !> Returns the verb for n things: `is` if n is 1, otherwise `are`.
   pure function are(n) result(verb)
     integer, intent(in) :: n
     character(:), allocatable :: verb
@@ -83,7 +83,7 @@ contains
   end function are
 
   !> Returns the shortest decimal that reads back as the same number, with a point: 0.15, 1.0e-8, 2.1e11; nan, inf, -inf. Zero has
-  !> no sign.
+  !> no sign. From 1e-4 to below 1e7 there is no exponent.
   pure function real_to_text(number) result(text)
     real(rk), intent(in) :: number
     character(:), allocatable :: text
@@ -377,7 +377,7 @@ contains
     end do
   end function did_you_mean
 
-  !> Returns how many letters to insert, delete or replace, or neighbors to swap, turn one word into the other (string alignment).
+  !> Returns the fewest edits that turn one word into the other: insert, delete or replace a letter, or swap two, none twice.
   pure integer function edit_distance(first, second) result(distance)
     character(*), intent(in) :: first
     character(*), intent(in) :: second

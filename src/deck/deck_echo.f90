@@ -18,7 +18,8 @@ module sig_deck_echo
 
 contains
 
-  !> Returns the whole deck with all defaults as YAML; each line ends with a line end.
+  !> Returns the whole deck with all defaults as YAML; each line ends with a line end. Sections and keys without a default that the
+  !> deck does not have, such as test, are left out.
   pure function echo_deck(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml

@@ -27,7 +27,7 @@ contains
     !> training or test
     character(*), intent(in) :: key
     type(parameter_config_t), intent(in) :: parameters(:)
-    !> whether the deck has the section; otherwise the other arguments are unchanged
+    !> whether the deck has the section as a mapping; otherwise the points and greedy are unchanged
     logical, intent(out) :: is_there
     !> the points, or the candidates if greedy%is_used
     type(point_set_config_t), intent(inout) :: points

@@ -109,7 +109,8 @@ contains
   end subroutine check_text
 
   !> Writes or replaces a file as a whole: a reader sees the old or the new text, also after a crash. If the path is a symbolic
-  !> link, the file to which it leads is replaced. A device or a pipe is written to directly. Errors: the system refuses it.
+  !> link, the file to which it leads is replaced. The new file has the permissions of the old one. A device or a pipe is written to
+  !> directly. Errors: the system refuses it.
   subroutine write_text_file(path, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: text

@@ -134,7 +134,7 @@ contains
     call remove_file(path // '.partial', ignored)
   end subroutine remove_partial
 
-  !> Closes and removes the file that is open, on the disk or in memory. Forgets the first failure. Without an open file only this.
+  !> Closes and removes the open file, on the disk or in memory, if there is one, and forgets the first failure.
   subroutine discard_file(self)
     class(h5_writer_t), intent(inout) :: self
     integer(c_int) :: ignored

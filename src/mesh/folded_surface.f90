@@ -21,9 +21,9 @@ module sig_folded_surface
 
 contains
 
-  !> Checks one surface. Errors: two nodes of the surface are at most 1e-3 of the mesh size apart, have opposite averaged normals
-  !> (at least 120 degrees between them) and face each other or lie at the same place. The nodes on both sides of a thin plate face
-  !> away from each other and are no error. Nothing is checked if a node has no averaged normal.
+  !> Checks one surface. Errors: two nodes of the surface are at most 1e-3 of geometry%mesh_size apart, have opposite averaged
+  !> normals (at least 120 degrees between them) and face each other or lie at the same place. The nodes on both sides of a thin
+  !> plate face away from each other and are no error. Nothing is checked if a node has no averaged normal.
   pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     !> contact entry, for messages

@@ -17,8 +17,8 @@ module sig_mesh_build
 
 contains
 
-  !> Builds the mesh. Elements that occur several times count once, nodes without a cell are left out, and the order of the file is
-  !> kept. The orientation of the cells is not checked, and file_hash is not set. Local.
+  !> Builds the mesh. Elements of the same type and nodes count once; nodes without a cell, and facets with such a node, are left
+  !> out; the order of the file is kept. The orientation of the cells is not checked, and file_hash is not set. Local.
   !>
   !> Errors: the largest dimension of the elements in physical groups is not n_dim, or there are none; cells in an unnamed group;
   !> a plane mesh that is not in a plane z = const; those of check_mid_nodes.

@@ -201,7 +201,8 @@ contains
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
-  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh.
+  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh and its first physical group, if that has a
+  !> name.
   pure function element_text(raw, i_element) result(text)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element

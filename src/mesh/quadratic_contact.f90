@@ -87,7 +87,7 @@ contains
     call check_side(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, pairing%partner, facet_of_middle, error)
   end subroutine check_partners
 
-  !> Notes the quadratic facets at their last nodes.
+  !> Sets facet_of_middle at the last node of each quadratic facet to this facet, its number in the mesh.
   pure subroutine note_middles(mesh, facets, facet_of_middle)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
