@@ -67,7 +67,7 @@ contains
       return
     end if
     if (is_log_shown()) call say_when_ended('stopped by a signal: the work in progress is lost, all files are complete; ' // &
-      'run the same command again to go on')
+      'run the same command again')
     if (command%name /= 'help' .and. command%name /= 'version') call start_linear_algebra()
     exit_code = exit_success
     select case (command%name)

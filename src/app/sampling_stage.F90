@@ -117,8 +117,8 @@ contains
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
 
-    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: points with other ' // &
-      'elastic constants need a factorization of their own')
+    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: each set of ' // &
+      'elastic constants needs a factorization of its own (for training points see training.stiffness)')
   end subroutine announce_stiffness
 
   !> Checks that the deck has a training section. Errors: it has none.

@@ -99,7 +99,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(build_model(session%full_order, session%folder, snapshots, model, refinement, error, ierr))
       if (refinement%is_stopped) then
-        call session%stop('there is no model yet')
+        call session%stop('no model was written')
         return
       end if
     end if

@@ -41,7 +41,7 @@ contains
         if (deck%mesh%model == 'plane_stress' .or. .not. nu%is_constant) cycle
         if (nu%constant > locking_ratio) call append_text(warnings, 'materials.' // deck%materials(i)%name // &
           '.poisson_ratio is ' // to_text(nu%constant) // ': linear elements are too stiff above ' // to_text(locking_ratio) // &
-          ' (volumetric locking), and displacements and forces may be wrong by tens of percent')
+          ' (volumetric locking), and their displacements and forces may be wrong by tens of percent')
       end associate
     end do
     if (largest > largest_contrast * smallest) call append_text(warnings, 'the largest Young''s modulus is ' // &
@@ -83,10 +83,11 @@ contains
       if (i_error == 0) cycle
       statistics = summarize(errors(i_error, :))
       if (statistics%n_values == 0 .and. judged_names(i) == 'e_u' .and. is_measured(names, errors, 'e_lambda_all')) then
-        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: the model has no displacement of all nodes')
+        call append_text(warnings, trim(judged_names(i)) // ' could not be measured: the model does not have the ' // &
+          'displacements of all nodes, or has no answer')
       else if (statistics%n_values == 0) then
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: it has no value at any of the ' // &
-          to_text(size(errors, 2)) // ' test points (no contact there, or no full-order solution)')
+          to_text(size(errors, 2)) // ' test points (no contact there, no full-order solution, or no answer)')
       else if (statistics%median > largest_median(i)) then
         call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)))
       else if (statistics%p95 > largest_p95(i)) then
@@ -119,6 +120,7 @@ contains
     character(:), allocatable :: text
 
     text = 'the model is inaccurate: the ' // statistic // ' of ' // trim(name) // ' is ' // short_number(value) // ' (limit ' // &
-      to_text(limit) // '); take more training points, reduction.enrichment, clusters or a smaller reduction.pod_tolerance'
+      to_text(limit) // '); more training points help, and in a hyper-reduced model reduction.enrichment, clusters or a ' // &
+      'smaller reduction.pod_tolerance'
   end function large_error
 end module sig_accuracy_warnings

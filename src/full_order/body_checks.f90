@@ -41,7 +41,8 @@ contains
       call make_error(error, 'nothing can hold the body ' // body_name(mesh, motions, bodies(1)) // ' (' // &
         motion_text(motions, unheld, bodies(1), model%axes) // '): neither a prescribed displacement nor a contact does', &
           deck%path, &
-        place%line, place%column, 'prescribe that displacement on a boundary, or at a physical point')
+        place%line, place%column, 'prescribe a displacement that prevents this motion, on a boundary or at a Physical Point ' // &
+        'of the mesh')
       return
     end if
     all_motions = identity(motions%n_free)

@@ -85,7 +85,7 @@ contains
                       hint='give each region and each boundary a name in the .geo file: Physical Surface("lower") = {1};')
     else
       call make_error(error, 'the model needs a mesh of dimension ' // to_text(n_dim) // &
-                      ', but the elements with a physical group have dimension ' // to_text(found), file=path, &
+                      ', but the largest dimension of elements with a physical group is ' // to_text(found), file=path, &
                       hint=dimension_hint(n_dim, found))
     end if
   end subroutine check_dimension

@@ -78,8 +78,8 @@ contains
       line = materials(1)%regions(1)%line
       column = materials(1)%regions(1)%column
     end if
-    call make_error(error, 'no material for the region ' // join(names, ' or ') // ' of the mesh', file=deck_path, line=line, &
-                    column=column, hint='add it to the regions of a material')
+    call make_error(error, 'cells of the mesh have no material: those of the region ' // join(names, ' and of '), &
+                    file=deck_path, line=line, column=column, hint='add the region to the regions of a material')
   end subroutine refuse_bare_cell
 
   !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.

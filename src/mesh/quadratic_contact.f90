@@ -120,7 +120,7 @@ contains
         if (is_alike) is_alike = has_nodes(nodes_of_facet(mesh, i_other), partner(nodes))
         if (is_alike) cycle
         call refuse(surfaces, surface, "a facet of '" // surface%text // "' with a node in its middle, " // &
-          node_text(mesh, nodes(size(nodes))) // ', faces no facet of the same kind', error, &
+          node_text(mesh, nodes(size(nodes))) // ', faces no facet whose nodes are the partners of its own', error, &
           'node-to-node contact needs matching elements on both sides: mesh both with the same Mesh.ElementOrder and equally fine')
         return
       end associate

@@ -165,7 +165,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call refuse_facing(surfaces, error, 'at the start every ' // what // ' overlaps by ' // short_number(overlap, fine_digits) // &
-                       ' or more, which is more than an element')
+                       ' or more, which is more than the size of an element')
   end subroutine refuse_overlap
 
   pure function partner_text(mesh, i_node) result(text)

@@ -131,7 +131,7 @@ contains
                               entry%second%text // "' to '" // entry%first%text // "'; it must point from first to second", &
                               error, 'write direction: ' // direction_text(-entry%direction) // ', or swap first and second')
       else if (first_lean < -turned_tolerance .or. second_lean > turned_tolerance) then
-        call refuse_facing(surfaces, error, 'the outer sides of both point in the same direction')
+        call refuse_facing(surfaces, error, 'the outer side of one of them points away from the other')
       end if
     end associate
   end subroutine fix_direction
@@ -298,7 +298,7 @@ contains
       if (dot_product(normal, other) < 0) return
       call refuse_facing(surfaces, error, 'the outer normals of ' // node_text(mesh, surfaces%first_nodes(i_first)) // ' and ' // &
                          node_text(mesh, surfaces%second_nodes(i_second)) // ', ' // place_text(normal) // ' and ' // &
-                         place_text(other) // ', are not opposite')
+                         place_text(other) // ', do not point against each other')
     end associate
   end subroutine check_facing
 

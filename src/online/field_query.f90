@@ -50,7 +50,7 @@ contains
           all([(part%displacement_source(k) /= displacement_none, k=1, model%n_dofs)])
       end associate
     end do
-    if (.not. has_all) reason = 'the model has displacements at some nodes only, and fields need those of all: train it with ' // &
+    if (.not. has_all) reason = 'the model does not have the displacements of all nodes, which fields need: train it with ' // &
       'reduction.displacement: auto, or elsewhere: modes; where the matrix of all contacts is too large (kind tied), with a ' // &
       'larger reduction.max_full_order_size'
   end function why_no_fields

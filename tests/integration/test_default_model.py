@@ -177,7 +177,7 @@ def test_condensed_without_room_is_refused(signorom, tmp_path):
 def test_auto_without_room_is_hyper_reduced(signorom, tmp_path):
     deck = write_deck("small_disks", tmp_path, **{HHR: "reduction: {max_full_order_size: 1.0e-4, "})
     said = signorom("run", deck.name, folder=tmp_path)
-    assert "hyper-reduction (reduction.method: auto): its matrix of all contacts takes 1 MB" in said
+    assert "hyper-reduction (reduction.method: auto): the matrix of all contacts takes 1 MB" in said
     assert "no error_bound" in said
 
 

@@ -146,7 +146,7 @@ def test_training_says_that_a_tied_model_has_no_fields(signorom, tmp_path):
     signorom("sample", deck.name, folder=tmp_path)
     done = signorom.run("train", deck.name, folder=tmp_path, n_ranks=2)
     assert done.returncode == 0
-    reason = "the model has displacements at some nodes only, and fields need those of all"
+    reason = "the model does not have the displacements of all nodes, which fields need"
     assert (
         done.stderr.count(
             f"the deck has reduction.fields: true, but predict --fields will not answer: {reason}"

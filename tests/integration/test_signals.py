@@ -15,8 +15,7 @@ from runs import HERE, files_in, write_deck
 # [s] the process ends itself after a second; the rest is for a busy machine. Without that it would wait for ever.
 SOON = 30
 LAST_WORDS = (
-    "stopped by a signal: the work in progress is lost, all files are complete; "
-    "run the same command again to go on\n"
+    "stopped by a signal: the work in progress is lost, all files are complete; run the same command again\n"
 )
 MESH = HERE / "meshes" / "two_blocks.msh"
 

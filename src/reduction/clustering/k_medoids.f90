@@ -58,8 +58,8 @@ contains
 
     select case (status)
     case (k_medoids_bad_count)
-      call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // ' to cluster; ' // &
-        counted(n_clusters, 'cluster') // ' cannot be made from them')
+      call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // &
+        ' to cluster (training points, or cells of their grid); ' // counted(n_clusters, 'cluster') // ' cannot be made from them')
     case (k_medoids_bad_dissimilarity)
       call make_error(error, 'the clusters cannot be made: a distance of two items is negative, infinite or not a number')
     case default

@@ -69,10 +69,10 @@ contains
       if (problem%rows%n_rows == 0) then
         reason = 'there is no contact pair with a free displacement'
       else if (forces_size(problem) > room) then
-        reason = 'its matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
+        reason = 'the matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
           'reduction.max_full_order_size'
       else if (.not. problem%plan%may_factor) then
-        reason = 'its stiffness is too large to factor, or solver.linear is gamg'
+        reason = 'the stiffness is too large to factor, or solver.linear is gamg'
       end if
     end associate
   end function why_not_condensed

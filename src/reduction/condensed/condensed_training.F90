@@ -69,7 +69,7 @@ contains
     character(*), intent(in) :: reason
 
     call log_warning('the model keeps no full-order operator: ' // reason // &
-      '; where the reduced problem has no solution there will be no answer')
+      '; points where the reduced problem has no solution, or too large an error, will have no answer')
   end subroutine warn_of_no_fallback
 
   !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,

@@ -161,7 +161,7 @@ contains
     end if
     if (reason /= '') then
       call log_warning('the model keeps no full-order operator: ' // reason // &
-        '; where the reduced problem has no solution there will be no answer')
+        '; points where the reduced problem has no solution, or too large an error, will have no answer')
       return
     end if
     select type (part)

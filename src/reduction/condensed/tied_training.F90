@@ -66,7 +66,7 @@ contains
     if (allocated(error) .or. reason /= '') return
     reduced%start_sets = pack_columns(sets)
     if (plan%has_modes) call log_warning('a model whose matrix of all contacts is too large has no displacement modes: ' // &
-      'it answers displacements only at the boundaries that reduction.displacement names')
+      'it answers displacements only at the boundaries that reduction.displacement names, and none with auto')
     do i = 1, size(reduced%clusters)
       PetscCall(fill_cluster(full_order, i, reduced, reason, ierr))
       if (reason /= '') return
@@ -109,7 +109,8 @@ contains
       if (n_clusters >= min(most_clusters, size(sets, 2))) exit
       n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
     end do
-    reason = 'the contacts that change take ' // to_text(ceiling(least)) // ' MB, too, even in clusters of the training points'
+    reason = 'with unknowns only at contacts that change it still takes ' // to_text(ceiling(least)) // &
+      ' MB, also in clusters of the training points'
   end subroutine divide
 
   !> Returns the status of each contact row in a cluster. Rows within two rings of cells around one that changes at the training

@@ -56,14 +56,14 @@ contains
     room = full_order%problem%deck%reduction%max_full_order_size
     if (room <= 0 .or. model%n_multipliers == 0) return
     if (size_of_certificates(model) > room) then
-      call log_warning('answers will have no certificate: it needs ' // to_text(ceiling(size_of_certificates(model))) // &
-        ' MB, more than reduction.max_full_order_size')
+      call log_warning('answers will have no bound of their error (certificate): it needs ' // &
+        to_text(ceiling(size_of_certificates(model))) // ' MB, more than reduction.max_full_order_size')
       return
     end if
     chosen = rows_of_domains(model)
     PetscCall(solve_columns(full_order, chosen, columns, lift, ierr))
     if (columns%reason /= reason_converged .or. .not. lift%is_possible) then
-      call log_warning('answers will have no certificate: ' // why_not(columns))
+      call log_warning('answers will have no bound of their error (certificate): ' // why_not(columns))
       return
     end if
     do k = 1, model%n_clusters()

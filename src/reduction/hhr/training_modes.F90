@@ -93,8 +93,8 @@ contains
     if (reduction%extended_pod_tolerance > 0) &
       modes%n_extra = max(0, pod_rank(modes%singular_values, reduction%extended_pod_tolerance) - modes%n_domain)
     if (modes%n_domain + modes%n_extra > n_available) call make_error(error, &
-      'reduction.n_modes and extra_modes ask for ' // counted(modes%n_domain + modes%n_extra, 'mode') // &
-      '; the snapshots have ' // to_text(n_available) // ' above rounding', path, &
+      'the keys of reduction ask for ' // counted(modes%n_domain + modes%n_extra, 'mode') // ' (n_modes or pod_tolerance, and ' // &
+      'extra_modes or extended_pod_tolerance); the snapshots have ' // to_text(n_available) // ' above rounding', path, &
       hint='take fewer modes or more training points')
   end subroutine count_modes
 

@@ -385,7 +385,7 @@ contains
       config%target%measure // ' is ' // three_digits(outcome%error)
     if (outcome%rounds(outcome%best_round + 1)%errors%n_values == 0) then
       outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%measure // &
-        ' cannot be measured, because no candidate has contact forces there'
+        ' cannot be measured, because no candidate has contact forces'
       return
     end if
     associate (failed => outcome%rounds(outcome%best_round + 1)%n_failed)

@@ -78,7 +78,7 @@ contains
     call vectors_to_represent(problem, pool, vectors)
     call choose(problem, pool%parameters, vectors, selection, chosen)
     if (size(chosen) == 0) then
-      call make_error(error, 'no candidate has a full-order solution that moves the bodies', problem%deck%path, &
+      call make_error(error, 'no candidate has a full-order solution in which contact forces move the bodies', problem%deck%path, &
         problem%deck%training%line, problem%deck%training%column, exit_code=exit_not_converged)
       return
     end if

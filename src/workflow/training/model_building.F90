@@ -95,7 +95,7 @@ contains
       PetscCall(add_certificates(full_order, model, ierr))
     else
       call log_warning('answers will have no bound of their error (certificate): the stiffness depends on the parameters, and ' // &
-        'the model keeps no full-order operator; reduction.max_full_order_size gives room for one')
+        'the model keeps no full-order operator; a larger reduction.max_full_order_size may make room for one')
     end if
   end subroutine build_model
 
@@ -178,8 +178,8 @@ contains
     associate (deck => full_order%problem%deck)
       if (deck%reduction%method == 'condensed') then
         call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
-          hint='take reduction.method: auto or hhr; if the matrix is too large, a larger ' // &
-          'reduction.max_full_order_size helps, too')
+          hint='take reduction.method: auto or hhr; or a larger reduction.max_full_order_size if the matrix is too large, or ' // &
+          'no clusters if the deck asks for them')
       else
         call log_info('hyper-reduction (reduction.method: auto): ' // reason)
         if (deck%reduction%displacement%type /= 'auto') call log_info( &

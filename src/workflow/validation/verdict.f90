@@ -52,12 +52,13 @@ contains
       verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
     else
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
-        ' (validation.accept); take reduction.method: condensed, more training points, or a smaller reduction.pod_tolerance'
+        ' (validation.accept); more training points help, or for a hyper-reduced model reduction.method: condensed or ' // &
+        'a smaller reduction.pod_tolerance'
     end if
     if (verdict%n_unsolved > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unsolved, 'point') // &
       ' without a full-order solution do not count'
     if (verdict%n_unanswered > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unanswered, 'point') // &
-      ' without an answer'
+      ' without an answer (an infinite error)'
   end function judge_validation
 
   !> Returns the errors of the points with a full-order solution, in their order. Without an answer the error is huge(errors). An
