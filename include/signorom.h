@@ -17,7 +17,9 @@
  * signorom_open, a context the message of the last failed call with it; other calls with a model leave no message.
  * There are no global variables. Several threads may use one model if each thread has its own context; only one thread
  * at a time may use a context. Only one thread of the process at a time may make or free models and contexts. Numbers
- * of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model or the context. */
+ * of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model or the context. Calls
+ * that read a model, stresses, imposed strains or contact fields leave out an array whose pointer is null, unless they
+ * say that this is an error. For all other calls a null array is an error, unless they say that it may be null. */
 #ifndef SIGNOROM_H
 #define SIGNOROM_H
 
@@ -35,8 +37,8 @@ typedef struct signorom_context signorom_context;
 
 typedef enum {
   SIGNOROM_OK = 0,
-  SIGNOROM_NO_ANSWER = 1,    /* no solution at this point, or a term of the model has no finite value there */
-  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, or no query was made before */
+  SIGNOROM_NO_ANSWER = 1,    /* no answer at this point, or the model does not have what the call asks for */
+  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, or no answer before this call */
   SIGNOROM_BAD_MODEL = 3,    /* the file is missing, damaged, newer or no model, or the model cannot answer */
   SIGNOROM_NO_MEMORY = 4     /* no memory for the handle, which is null then; so there is no message */
 } signorom_code;
@@ -278,7 +280,7 @@ int signorom_get_coordinates(const signorom_context *context, double *coordinate
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 /* Gives the displacement of the n nodes that the caller chooses, in the last answer [n][n_dimensions].
  * SIGNOROM_NO_ANSWER: one of them has no displacement, or the model gives contact forces only; the array is not
- * written then. SIGNOROM_BAD_ARGUMENT: n < 0, or a node does not exist. */
+ * written then. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, or a node does not exist. */
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
 /* Fields. A model gives fields if its deck has `reduction: {fields: true}`. Other models have no cells, and the calls
@@ -335,7 +337,7 @@ int signorom_get_multiplier_gradient(signorom_context *context, double *gradient
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
 /* Gives the derivatives of the displacement of the n nodes (from 0) that the caller chooses
  * [n_parameters][n][n_dimensions]. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells
- * more. SIGNOROM_BAD_ARGUMENT: n < 0, or a node does not exist. */
+ * more. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, or a node does not exist. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 
 #ifdef __cplusplus

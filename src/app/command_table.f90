@@ -52,24 +52,29 @@ module sig_command_table
     command_entry_t('check', 'DECK', 'read deck and mesh, print the deck with all defaults and the sizes'), &
     command_entry_t('solve', 'DECK', 'full-order solution at the deck''s output points, or --at'), &
     command_entry_t('sample', 'DECK', 'full-order snapshots of the training points (goes on where a killed run was)'), &
-    command_entry_t('train', 'DECK', 'reduced model of the snapshots'), &
-    command_entry_t('validate', 'DECK', 'reduced against full-order model at the test points'), &
-    command_entry_t('run', 'DECK', 'sample, train, validate, and fields at the output points'), &
+    command_entry_t('train', 'DECK', 'make the reduced model from the snapshots'), &
+    command_entry_t('validate', 'DECK', 'compare the reduced with the full-order model at the test points'), &
+    command_entry_t('run', 'DECK', 'sample, train, validate (if the deck has a test section), fields at the output points'), &
     command_entry_t('predict', 'MODEL', 'answer of the reduced model at one or many points, as CSV'), &
     command_entry_t('describe', 'MODEL', 'what the model is, where it is valid and how well it was validated')]
 
   type(option_entry_t), parameter :: options(*) = [ &
-    option_entry_t('--at', 'a=1,b=2', 'check solve predict', 'a parameter point; of check with --fields only'), &
+    option_entry_t('--at', 'a=1,b=2', 'check solve predict', 'one parameter point, with a value for ' // &
+    'each parameter; check takes it only with --fields'), &
     option_entry_t('--fields', '', 'check predict', 'write fields for ParaView. check: supports, loads and contact ' // &
     'at the middle of the parameter ranges or --at (check.xdmf). predict: displacement, stress and contact of each point ' // &
-    '(fields.xdmf in a folder beside the table), where the deck of the model has reduction.fields: true'), &
-    option_entry_t('--points', 'FILE', 'predict', 'CSV with a column per parameter'), &
-    option_entry_t('--output', 'FILE', 'predict', 'where the CSV goes instead of the terminal'), &
-    option_entry_t('--threads', 'N', 'predict', 'number of threads; as many as there are processors without it'), &
-    option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, not a warning'), &
-    option_entry_t('--benchmark', '', 'validate run', 'measure the times of queries and of a solver that factors anew'), &
-    option_entry_t('--quiet', '', '', 'say nothing but warnings and errors'), &
-    option_entry_t('--log', 'FILE', '', 'add all that is said to a file, with dates, --quiet or not'), &
+    '(fields.xdmf in a folder beside the table, or beside the model without --output), where the deck of the model has ' // &
+    'reduction.fields: true'), &
+    option_entry_t('--points', 'FILE', 'predict', 'CSV with the points: a line with the names of all parameters, ' // &
+    'then a line per point'), &
+    option_entry_t('--output', 'FILE', 'predict', 'file that gets the CSV with the answers, instead of the terminal'), &
+    option_entry_t('--threads', 'N', 'predict', 'number of threads for --points; default: one per processor'), &
+    option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, which ends the ' // &
+    'command, and not a warning'), &
+    option_entry_t('--benchmark', '', 'validate run', 'also measure the times of queries, and of a ' // &
+    'full-order solver that factors anew for each point'), &
+    option_entry_t('--quiet', '', '', 'print only warnings, errors, and the CSV of predict'), &
+    option_entry_t('--log', 'FILE', '', 'append all messages, with dates, to a file, also with --quiet'), &
     option_entry_t('--help', '', '', 'print this text'), &
     option_entry_t('--version', '', '', 'print the version')]
 
@@ -81,7 +86,7 @@ module sig_command_table
     exit_code_entry_t('1', 'internal error'), &
     exit_code_entry_t('2', 'error in deck, mesh, file or command line'), &
     exit_code_entry_t('3', 'not converged, or a point without an answer'), &
-    exit_code_entry_t('130', 'stopped by SIGINT or SIGTERM; the same command goes on')]
+    exit_code_entry_t('130', 'stopped by SIGINT or SIGTERM; sample and run keep the points that are finished')]
 
 contains
 

@@ -54,7 +54,7 @@ contains
     if (.not. associated(handle)) return
     if (handle%has_gradient) return
     code = bad_argument
-    call keep(handle%message, 'there are no derivatives: signorom_differentiate was not called, or it failed')
+    call keep(handle%message, 'there are no derivatives: signorom_differentiate was not called after the last query, or it failed')
     handle => null()
   end function differentiated_context
 

@@ -95,7 +95,10 @@ def test_clusters_of_a_single_model_are_left_out_when_asked_for(
 ) -> None:
     assert main(["figures", str(folder), "--only", "clusters", "errors"]) == 0
     assert written(folder / "figures") == ["errors.png"]
-    assert f"left out: clusters ({folder / 'model.h5'}: the model has one cluster)" in capsys.readouterr().out
+    assert (
+        f"left out: clusters ({folder / 'model.h5'}: the model does not have several hyper-reduced clusters)"
+        in capsys.readouterr().out
+    )
 
 
 def test_nothing_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

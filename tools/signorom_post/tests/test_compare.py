@@ -212,7 +212,8 @@ def test_another_problem_is_refused(two: list[Path], capsys: pytest.CaptureFixtu
     assert main(say(two)) == 2
     assert capsys.readouterr().err == (
         f"{two[1]}: error: this is another problem than {two[0]} (provenance fedcba9876543210, not 0123456789abcdef): "
-        "mesh, materials, loads, boundary conditions or contact differ, and errors cannot be compared\n"
+        "mesh, units, names of parameters, materials, loads, imposed strains, boundary conditions or contact differ, "
+        "and errors cannot be compared\n"
     )
 
 
@@ -243,7 +244,7 @@ def test_report_of_another_command(section: str, tmp_path: Path, capsys: pytest.
 @pytest.mark.parametrize("arguments", [[], ["results/a", "--run", "b.yaml"]])
 def test_folders_or_a_file_of_models(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["compare", *arguments]) == 2
-    assert "either results folders or --run FILE must be given" in capsys.readouterr().err
+    assert "give either results folders or --run FILE, and not both" in capsys.readouterr().err
 
 
 class FakeModel:

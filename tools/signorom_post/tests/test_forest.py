@@ -56,8 +56,8 @@ def test_absent_cluster_keeps_its_column(labels: Path) -> None:
         ("load,cluster\n1,2\n3\n", "the table is not made of numbers in lines of equal length"),
         ("load,cluster\n1,2,3\n", "each line needs 2 finite numbers"),
         ("load,cluster\nnan,1\n", "each line needs 2 finite numbers"),
-        ("load,cluster\n1,0\n", "clusters are whole numbers from 1"),
-        ("load,cluster\n1,1.5\n", "clusters are whole numbers from 1"),
+        ("load,cluster\n1,0\n", "the values of 'cluster' must be whole numbers from 1"),
+        ("load,cluster\n1,1.5\n", "the values of 'cluster' must be whole numbers from 1"),
     ],
 )
 def test_bad_tables_are_named(
@@ -102,4 +102,4 @@ def test_requirement_is_that_of_the_package() -> None:
 
 def test_no_table_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["forest"]) == 2
-    assert "the table LABELS.csv is missing" in capsys.readouterr().err
+    assert "give the table LABELS.csv, or --check" in capsys.readouterr().err

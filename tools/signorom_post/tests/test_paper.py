@@ -342,6 +342,6 @@ def test_stopped_run_goes_on(fake: Path, tmp_path: Path, number: signal.Signals)
     process.send_signal(number)
     _, said = process.communicate(timeout=30)
     assert process.returncode == 130
-    assert said.endswith("stopped; the same command goes on\n")
+    assert said.endswith("stopped; run the same command again\n")
     assert main(command[3:]) == 0
     assert [call.split()[0] for call in calls(fake)] == ["sample", "run", "run"]

@@ -62,7 +62,7 @@ def _run(options: argparse.Namespace) -> int:
         options.log.note(error)
         return EXIT_USER_ERROR
     except KeyboardInterrupt:
-        options.log.note("stopped; the same command goes on")
+        options.log.note("stopped; run the same command again")
         return EXIT_STOPPED
     except BrokenPipeError:  # the reader of a pipe has left, as `| head` does
         sys.stderr.close()
@@ -88,7 +88,7 @@ def _parser(words: Sequence[str]) -> argparse.ArgumentParser:
             metavar="FILE",
             dest="log_file",
             type=Path,
-            help="add all that is said to a file, with dates",
+            help="append all messages to a file, with dates",
         )
         command.set_defaults(run=module.run)
     return parser

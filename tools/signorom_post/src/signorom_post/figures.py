@@ -138,7 +138,9 @@ def _reduced_domain(results: Results, options: FigureOptions) -> Iterator[tuple[
         return
     if not model.clusters:
         if options.only is not None:
-            raise NotDrawableError(f"{model.path}: a condensed model has no reduced integration domain")
+            raise NotDrawableError(
+                f"{model.path}: only a hyper-reduced model has a reduced integration domain"
+            )
         return
     for cluster in model.clusters:
         suffix = f"_{cluster.name}" if len(model.clusters) > 1 else ""
@@ -165,21 +167,23 @@ def _clusters(results: Results, options: FigureOptions) -> Iterator[tuple[str, F
     if len(results.model.clusters) > 1:
         yield "", clusters(results.validation, results.model)
     elif options.only is not None:
-        raise NotDrawableError(f"{results.model.path}: the model has one cluster")
+        raise NotDrawableError(
+            f"{results.model.path}: the model does not have several hyper-reduced clusters"
+        )
 
 
 def _singular_values(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     if results.model.clusters:
         yield "", singular_values(results.model)
     elif options.only is not None:
-        raise NotDrawableError(f"{results.model.path}: a condensed model has no singular values")
+        raise NotDrawableError(f"{results.model.path}: only a hyper-reduced model has singular values")
 
 
 def _enrichment(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     model = results.model_if_present
     if model is not None and not model.clusters:
         if options.only is not None:
-            raise NotDrawableError(f"{model.path}: a condensed model has no hat functions")
+            raise NotDrawableError(f"{model.path}: only a hyper-reduced model has hat functions")
         return
     histories = results.enrichment
     if not any(history.n_hats for history in histories):

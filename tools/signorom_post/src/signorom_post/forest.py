@@ -66,7 +66,7 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
     column = header.index(LABEL_COLUMN)
     labels = table[:, column].astype(int)
     if (labels != table[:, column]).any() or labels.min() < 1:
-        raise InputError(path, "clusters are whole numbers from 1")
+        raise InputError(path, f"the values of '{LABEL_COLUMN}' must be whole numbers from 1")
     return header[:column] + header[column + 1 :], np.delete(table, column, axis=1), labels
 
 

@@ -186,7 +186,8 @@ class Model:
         given = np.ascontiguousarray(multipliers, dtype=float)
         if given.ndim not in (1, 2) or given.shape[-1] != self._sizes.n_contacts:
             raise ValueError(
-                f"multipliers must have {self._sizes.n_contacts} columns, not the shape {given.shape}"
+                f"multipliers must have the shape ({self._sizes.n_contacts},) or (n_points, {self._sizes.n_contacts}), "
+                f"not {given.shape}"
             )
         points = given.reshape(-1, self._sizes.n_contacts)
         with self._handles.model() as model:

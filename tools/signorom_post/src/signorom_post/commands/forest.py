@@ -16,12 +16,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="LABELS.csv",
         type=Path,
         nargs="?",
-        help="columns: the parameters, then 'cluster' (from 1)",
+        help="table with a column per parameter and the column 'cluster' (from 1)",
     )
-    parser.add_argument("--check", action="store_true", help="train nothing; only see whether it could")
+    parser.add_argument(
+        "--check", action="store_true", help="train nothing; only check that scikit-learn is installed"
+    )
     parser.add_argument("--output", metavar="FILE", type=Path, help="default: forest.h5 beside LABELS.csv")
-    parser.add_argument("--trees", metavar="N", type=at_least(1), default=100, help="default: 100")
-    parser.add_argument("--seed", metavar="N", type=int, default=1, help="default: 1")
+    parser.add_argument(
+        "--trees", metavar="N", type=at_least(1), default=100, help="number of trees; default: 100"
+    )
+    parser.add_argument(
+        "--seed", metavar="N", type=int, default=1, help="seed of the random numbers; default: 1"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -33,7 +39,7 @@ def run(options: argparse.Namespace) -> int:
         need_scikit_learn()
         return 0
     if options.labels is None:
-        raise InputError("signorom-post forest", "the table LABELS.csv is missing")
+        raise InputError("signorom-post forest", "give the table LABELS.csv, or --check")
     output = options.output or options.labels.with_name("forest.h5")
     accuracy = train_forest(options.labels, output, options.trees, options.seed)
     options.log.result(output)

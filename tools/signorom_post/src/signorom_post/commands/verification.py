@@ -19,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         nargs="?",
         default=Path("build/ci/verification"),
-        help="folder beside the tested program; default: build/ci/verification",
+        help="folder in which the verification tests left their results; default: build/ci/verification",
     )
     parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/table")
 

@@ -14,7 +14,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of `signorom-post view` to its parser."""
     parser.add_argument("results", metavar="RESULTS_DIR", type=Path, help="for instance results/half_disks")
     parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/view")
-    parser.add_argument("--point", metavar="P", help="number or label of the point; default: the middle one")
+    parser.add_argument(
+        "--point", metavar="P", help="number (from 1) or label of the point; default: the middle one"
+    )
 
 
 def run(options: argparse.Namespace) -> int:

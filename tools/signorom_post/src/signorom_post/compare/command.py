@@ -20,13 +20,28 @@ from signorom_post.program import terminable
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of `signorom-post compare` to its parser."""
     parser.add_argument(
-        "results", metavar="RESULTS_DIR", type=Path, nargs="*", help="left by signorom run DECK --benchmark"
+        "results",
+        metavar="RESULTS_DIR",
+        type=Path,
+        nargs="*",
+        help="folder that `signorom run DECK --benchmark` left",
     )
     parser.add_argument(
-        "--run", metavar="FILE", dest="variants", type=Path, help="make the models of this file first"
+        "--run",
+        metavar="FILE",
+        dest="variants",
+        type=Path,
+        help="make the models that this file lists, then compare them",
     )
-    parser.add_argument("--output", metavar="DIR", type=Path, help="of --run; default: results/compare/FILE")
-    parser.add_argument("--csv", metavar="FILE", type=Path, help="the table's numbers, too")
+    parser.add_argument(
+        "--output",
+        metavar="DIR",
+        type=Path,
+        help="folder of the models that --run makes; default: results/compare/FILE",
+    )
+    parser.add_argument(
+        "--csv", metavar="FILE", type=Path, help="also write the numbers of the table to this file"
+    )
     parser.add_argument(
         "--points",
         metavar="N",
@@ -37,7 +52,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--seed", metavar="N", type=at_least(1), default=1, help="seed of these points; default: 1"
     )
-    parser.add_argument("--no-times", action="store_true", help="leave out what depends on the machine")
+    parser.add_argument(
+        "--no-times", action="store_true", help="leave out all times, which depend on the machine"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
@@ -47,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     problem or with other test points; if a run fails, or if a file cannot be read or written.
     """
     if bool(options.results) == bool(options.variants):
-        raise InputError("signorom-post compare", "either results folders or --run FILE must be given")
+        raise InputError("signorom-post compare", "give either results folders or --run FILE, and not both")
     try:
         folders = options.results or _make(options)
         with Progress(options.log, "models", len(folders)) as progress:

@@ -91,7 +91,8 @@ def _check_same(results: Results, first: Results) -> None:
         raise InputError(
             results.folder,
             f"this is another problem than {first.folder} (provenance {provenance}, not {expected_provenance}): "
-            "mesh, materials, loads, boundary conditions or contact differ, and errors cannot be compared",
+            "mesh, units, names of parameters, materials, loads, imposed strains, boundary conditions or contact "
+            "differ, and errors cannot be compared",
         )
     here, there = _validation(results), _validation(first)
     is_same = here.parameter_names == there.parameter_names and np.array_equal(

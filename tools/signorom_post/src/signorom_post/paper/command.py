@@ -94,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         type=at_least(1),
         default=os.cpu_count() or 1,
-        help="runs at a time; default: cores",
+        help="number of runs at the same time; default: number of cores",
     )
 
 
