@@ -58,7 +58,7 @@ contains
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
 
-  !> Whether the deck asks for the displacement of every node from a condensed model.
+  !> Whether the deck asks for the displacement of every node, exact or by modes, from a condensed model.
   pure logical function has_all_nodes(displacement)
     type(displacement_config_t), intent(in) :: displacement
 

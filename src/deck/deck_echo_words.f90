@@ -29,9 +29,10 @@ contains
     if (tolerance > 0) yaml = to_text(tolerance)
   end function tolerance_or_none
 
-  !> Returns a text for YAML. The text is unchanged if it is not empty, has only characters that mean nothing in YAML, also inside {
-  !> }, does not end with a blank, and is neither a decimal number, is_other_number, nor a word such as true, no or null. Otherwise
-  !> it is in double quotes, with a backslash before each double quote and backslash in it. Requires: the text has no line end.
+  !> Returns a text for YAML. The text is unchanged if YAML, also inside { }, can only read it as this text: it is not empty, has no
+  !> special character, does not end with a blank, and is no decimal number, no word such as true, no or null, and not one of
+  !> is_other_number. Otherwise it is in double quotes, with a backslash before each double quote and backslash in it. Requires: the
+  !> text has no line end.
   pure function yaml_text(text) result(yaml)
     character(*), intent(in) :: text
     character(:), allocatable :: yaml

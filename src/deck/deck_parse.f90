@@ -17,9 +17,9 @@ module sig_deck_parse
 
 contains
 
-  !> Makes the tree of a deck. If tree%errors is not empty afterwards, the nodes must not be used. Errors: not valid YAML, duplicate
-  !> keys, YAML that a deck may not use (such as anchors, tags, tabs as indentation, several documents), too many or too deeply
-  !> nested entries, an empty deck, a deck that is not a mapping, not enough memory.
+  !> Makes the tree of a deck. If tree%errors is not empty afterwards, the nodes must not be used. Errors, at most 20: not valid
+  !> YAML, duplicate keys, YAML that a deck may not use (such as anchors, tags, tabs as indentation, several documents), too many or
+  !> too deeply nested entries, an empty deck, a deck that is not a mapping, not enough memory.
   subroutine parse_deck(path, text, tree)
     !> file name for messages
     character(*), intent(in) :: path

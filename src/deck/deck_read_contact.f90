@@ -107,7 +107,8 @@ contains
     if (.not. is_valid) contact%initial_gap%is_constant = .true.
   end subroutine read_initial_gap
 
-  !> Reads an obstacle. The direction of a half space is opposite to its normal; a sphere has a key of its own for the direction.
+  !> Reads an obstacle and the direction to it. The direction of a half space is opposite to its normal; for a sphere the contact
+  !> entry must have the key direction.
   subroutine read_obstacle(tree, i_entry, contact)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry

@@ -119,7 +119,7 @@ contains
       call tree%report(i_window, 'has no bound; it needs min, max or both')
   end subroutine read_window
 
-  !> Reads the required key `axis` of a window: the coordinate that the window bounds. An error gives the first coordinate.
+  !> Reads the required key `axis` of a window: the coordinate that the window bounds. After an error it is the first one.
   subroutine read_axis(tree, i_window, model, i_axis)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree

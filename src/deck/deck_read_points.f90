@@ -184,8 +184,8 @@ contains
     call tree%close_mapping(i_grid)
   end subroutine read_grid
 
-  !> Reads the number of groups: a whole number of at least 1, or `auto`, which leaves n_groups unchanged. What is no whole
-  !> number is replaced by 1.
+  !> Reads the number of groups: a whole number of at least 1, or `auto`, which leaves n_groups unchanged, as does a missing
+  !> key. Errors: another value; what is no whole number is replaced by 1.
   subroutine read_groups(tree, i_section, n_groups)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section

@@ -140,7 +140,8 @@ contains
     end do
   end subroutine offer_names
 
-  !> Returns the nodes of the entries of a required mapping, whose keys are names of the user. Errors: no mapping, or an empty one.
+  !> Returns the nodes of the entries of a required section, a mapping whose keys are names of the user; none after an error.
+  !> Errors: the section is missing, no mapping, or empty.
   subroutine get_entries(tree, key, nodes)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: key

@@ -65,7 +65,8 @@ contains
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 
-  !> Reads the section `certificate`: with `max_error: none` the largest error is 0, and `auto` leaves the default.
+  !> Reads the section `certificate`: with `max_error: none` the largest error is 0, and `auto` leaves the default. Errors: another
+  !> value that is not greater than 0, an unknown key.
   subroutine read_certificate(tree, reduction)
     type(deck_tree_t), intent(inout) :: tree
     type(reduction_config_t), intent(inout) :: reduction

@@ -119,7 +119,8 @@ contains
     field%column = tree%nodes(i_file)%column
   end subroutine read_source
 
-  !> Reads a strain: one value for all directions, or components.
+  !> Reads a strain: one value for all directions into strain%value, or a mapping of components into strain%components. Errors: an
+  !> empty mapping, a key that is no component of the model, faulty values.
   subroutine read_strain(tree, i_strain, model, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_strain
