@@ -47,7 +47,7 @@ contains
     end do
   end function commands_on
 
-  !> Returns what option i of the table does, 1-based, followed by the commands that have it in brackets; no brackets if all have
+  !> Returns what option i of the table does, 1-based, and behind it in brackets the commands that have it; no brackets if all have
   !> it.
   function summary_of_option(i) result(text)
     integer, intent(in) :: i

@@ -23,7 +23,8 @@ contains
   !> projection, also candidates.h5. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of sample and
-  !> select_points. The exit code is that of "not converged" if a point did not converge.
+  !> select_points. The exit code is that of "not converged" if a point did not converge, and exit_stopped after a signal; then the
+  !> finished points are kept.
   subroutine sample_stage(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr

@@ -53,7 +53,8 @@ contains
 
   !> Reads the deck and sets the PETSc options of the deck and the command line. Collective on all ranks.
   !>
-  !> Errors are printed and set exit_code: the deck cannot be read or is not valid; a PETSc option is not allowed.
+  !> Errors are printed and set exit_code: the deck cannot be read or is not valid; a PETSc option of the command line is not
+  !> allowed, or PETSc refuses it.
   subroutine open(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command

@@ -136,7 +136,8 @@ contains
   pure subroutine add_links(rows, cells, shares)
     type(contact_rows_t), intent(in) :: rows
     type(cell_collection_t), intent(inout) :: cells
-    !> [-] of each line: share of the contact force that goes to its second node; 0 on the cells before; shape (n_cells)
+    !> [-] of each line: share of the contact force that goes to its second node, negative where it pulls; 0 on the cells before;
+    !> shape (n_cells)
     real(rk), allocatable, intent(out) :: shares(:)
     integer, allocatable :: labels(:, :), nodes(:), row(:), starts(:)
     real(rk), allocatable :: weights(:)
@@ -268,8 +269,9 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> number of rows with a multiplier, which come first
     integer, intent(in) :: n_with_force
-    !> 1 on the first side of any row, 2 on the second side only; entry, 1-based, of the first row that contains the node; 1 for
-    !> owners of a row with a multiplier, 2 for owners of one without, 0 for all other nodes; shape (n_nodes)
+    !> side: 1 on the first side of any row, 2 on the second side only; entry: contact entry, 1-based, of the first row that
+    !> contains the node; status: 1 for owners of a row with a multiplier, 2 for owners of one without, 0 for all other nodes; shape
+    !> (n_nodes)
     real(rk), intent(out) :: side(:), entry(:), status(:)
     integer :: k
 

@@ -187,7 +187,7 @@ contains
 
   !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, and which
   !> cells and rows belong to the reduced domain of the chosen cluster, also if the deck wants only other fields. Without an answer
-  !> it warns, and the contact forces are NaN.
+  !> it warns, the contact forces are NaN, and the displacement means nothing.
   subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)

@@ -166,11 +166,13 @@ contains
     end do
   end subroutine write_areas
 
-  !> Writes stresses and, if the deck has any, imposed strains; in axisymmetry zz is the hoop direction.
+  !> Writes stresses and von Mises stresses, of cells and smoothed at nodes, and, if the deck has any, imposed strains of cells; in
+  !> axisymmetry zz is the hoop direction.
   subroutine write_stresses(self, model, values, author)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
     type(field_values_t), intent(in) :: values
+    !> `full-order model` or `reduced model`, for the descriptions
     character(*), intent(in) :: author
 
     associate (unit => model%fields%stress_unit)

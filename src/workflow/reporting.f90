@@ -110,8 +110,8 @@ contains
   !> Adds reduction.dirichlet and, below reduction/clusters/1, ... or, with one cluster, below reduction, the kind of model and the
   !> number of contact rows of each cluster; of a hyper-reduced one also its numbers of snapshots, modes, hats and cells, condition
   !> numbers, ranks and warnings, of a condensed one the number of reference sets, of an interpolated one the number of
-  !> factorizations, its largest error with the training point, and whether it has a bound. With several clusters also their number,
-  !> and loss and silhouette of the clustering. The fallback is left out.
+  !> factorizations, its largest error and the training point that has it, and whether it has a bound. With several clusters also
+  !> their number, and loss and silhouette of the clustering. The fallback is left out.
   subroutine report_model(model, report)
     type(model_t), intent(in) :: model
     type(run_report_t), intent(inout) :: report

@@ -123,8 +123,8 @@ contains
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start
 
-  !> Tries 1, 2, ... clusters (at most max_number and n_items), each with a new division of all snapshots, until one reaches the
-  !> target; keeps the best model. A number that cannot be trained ends this with a warning, or, if it is 1, an error. Collective.
+  !> Tries 1, 2, ... clusters of all snapshots (at most max_number and n_items) until one reaches the target or a signal comes;
+  !> keeps the best model. A number that cannot be trained ends this with a warning, or, if it is 1, an error. Collective.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -233,7 +233,7 @@ contains
   end subroutine choose_step
 
   !> Adds the worst open candidates of cluster k, as many as points_per_round and max_points allow, to its snapshots and trains it.
-  !> Whether this helped enough (else is_split_next) has_gained judges at its other open candidates. Collective on all ranks.
+  !> If this did not help enough (has_gained at its other open candidates), prospects(k)%is_split_next becomes true. Collective.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -297,7 +297,7 @@ contains
     end if
   end function has_gained
 
-  !> Splits cluster k and trains both halves, clusters k and n + 1. Collective on all ranks. Errors: the forest cannot be trained.
+  !> Splits cluster k and trains both halves, now clusters k and n + 1. Collective on all ranks. Errors: those of split_cluster.
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -328,8 +328,8 @@ contains
     end if
   end subroutine try_split
 
-  !> Adds a round to the outcome, logs it, and sets outcome%is_reached. If is_better says so, its model becomes the best one. Its
-  !> error is the target's statistic at the candidates of is_measure, infinite if these have no error. `action`: refinement_round_t.
+  !> Adds a round (`action` as in refinement_round_t) to the outcome, logs it, and sets outcome%is_reached. If is_better says so,
+  !> its model becomes the best. Its error is the target's statistic at the candidates of is_measure, infinite if these have none.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
     character(*), intent(in) :: action

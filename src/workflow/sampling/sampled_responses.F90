@@ -283,7 +283,8 @@ contains
     state%seconds = wall_time() - start
   end subroutine solve
 
-  !> Computes contact forces and displacements by the responses; state%reason says whether there is a solution. Local.
+  !> Computes contact forces and displacements by the responses; state%reason says whether there is a solution, and without one only
+  !> this is set. Local.
   subroutine answer_point(self, problem, point, theta, state)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem

@@ -268,7 +268,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine read_spread
 
-  !> Writes the merged file again so that the given points come first, in their order; does nothing if they do already, bit by bit.
+  !> Writes the merged file again so that the given points come first, in their order; does nothing if exactly these do already.
   !> Local: one rank writes. Requires: all points are in the store. Errors: the file cannot be read; those of write_merged.
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem

@@ -77,7 +77,8 @@ contains
       selection, error)
   end subroutine begin_selection
 
-  !> Finds out whether nothing is left to do: the selection has ended, and its snapshots are merged. Collective on all ranks.
+  !> Finds out whether nothing is left to do: the selection has ended, and all its points have converged and are merged. Collective
+  !> on all ranks.
   !>
   !> Errors: the snapshots cannot be read, or are of another deck or mesh.
   subroutine is_complete(problem, folder, selection, is_done, error, ierr)

@@ -174,8 +174,8 @@ contains
     end associate
   end subroutine prepare
 
-  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm (at least smallest_share); infinite
-  !> without an answer. Local. Requires: prepare.
+  !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm (at least smallest_share of
+  !> sqrt(|K|) |u|); infinite without an answer. Local. Requires: prepare.
   real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
@@ -246,7 +246,8 @@ contains
 
   !> Computes the true errors of an answer at a point, which a bound must not be below: the energy norm of the error of its
   !> displacement, and of the displacement that the error of its contact forces causes (NaN if the full-order model is not
-  !> condensed); both divided by the energy norm of the answer (at least smallest_share). Collective on all ranks. Requires: create.
+  !> condensed); both divided by the energy norm of the answer (at least smallest_share of sqrt(|K|) |u|). Collective on all ranks.
+  !> Requires: create.
   subroutine true_errors(self, point, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
     !> shape (n_parameters)

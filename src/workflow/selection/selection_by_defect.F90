@@ -91,7 +91,7 @@ contains
     end if
   end subroutine select_by_defect
 
-  !> Returns why the defect is no bound, as the begin of a sentence.
+  !> Returns why the defect is no bound, as the beginning of a sentence.
   pure function why_no_bound(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -113,8 +113,9 @@ contains
   end subroutine begin_far_apart
 
   !> Solves the points of the selection that have no converged solution yet, computes the errors that the model had at those of the
-  !> last round, and writes selection.csv. After a signal while points are solved it does only this. Collective on all ranks.
-  !> Errors: those of solve_missing and compare_answers; selection.csv cannot be written.
+  !> last round, and writes selection.csv. If a signal comes while it solves, it returns without errors and selection.csv
+  !> (outcome%is_stopped). Collective on all ranks. Errors: those of solve_missing and compare_answers; selection.csv cannot be
+  !> written.
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
