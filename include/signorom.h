@@ -258,8 +258,9 @@ typedef struct {
 
 /* Computes the answers at n points [n][n_parameters] and fills the arrays of the structure. A point without an answer
  * does not stop the call, which then returns SIGNOROM_NO_ANSWER. The last answer of the context is then that of the
- * last point. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, a pointer is null, a size is not set, areas, forces,
- * moments and multipliers are not given as the structure demands, or a chosen node does not exist. */
+ * last point. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, `points` or `arrays` is null, a size is not set, areas,
+ * forces, moments and multipliers are not given as the structure demands, or displacement is given and `nodes` is null
+ * or n_nodes or a node is out of range. */
 int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
 /* Gives the contact forces of the last answer on the contacts of the cluster's domain [n_domain_contacts], in the order

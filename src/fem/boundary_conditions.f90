@@ -133,7 +133,7 @@ contains
       else if (differ(entries(other)%displacement(i_component), entries(i_entry)%displacement(i_component))) then
         call make_error(error, 'node ' // to_text(mesh%node_tags(nodes(i))) // ' belongs to ''' // &
           entries(other)%boundary%text // ''' and ''' // entries(i_entry)%boundary%text // ''', which prescribe different ' // &
-          entries(i_entry)%axes(i_component) // ' displacements there; they must agree', deck_path, &
+          entries(i_entry)%axes(i_component) // ' displacements there; write the same number or expression', deck_path, &
           entries(i_entry)%boundary%line, entries(i_entry)%boundary%column)
         return
       end if

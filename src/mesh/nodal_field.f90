@@ -76,8 +76,9 @@ contains
       end if
     end do
     if (n_unknown > 0) call make_error(error, 'the field ''' // config%name%text // ''' has a value at node ' // &
-      to_text(raw%tags(n_unknown)) // ', which the mesh lacks: it belongs to another mesh (' // to_text(size(raw%tags)) // &
-      ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, config%name%column)
+      to_text(raw%tags(n_unknown)) // ', which no cell of the mesh has: does it belong to another mesh? (' // &
+      to_text(size(raw%tags)) // ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, &
+      config%name%column)
   end subroutine place_values
 
   !> Checks that the nodes of the file, if it has coordinates, are at the same places as in the mesh, because another mesh may have
