@@ -107,7 +107,7 @@ contains
     if (size(sigma) > 0) rank = count(sigma > 0 .and. sigma >= rank_tolerance * sigma(1))
   end function rank_on_domain
 
-  !> Whether the equations do not determine all modes, so that answers of the model would be arbitrary (trap 1 of the method).
+  !> Whether the equations do not determine all modes, so that answers of the model would be arbitrary.
   !>
   !> That is the case where K_r, held by the anchors if there are any, is numerically singular; without hats also where its rank by
   !> the tolerance is not full. With hats the rank does not count, because hats make K_r badly conditioned. Requires:

@@ -204,6 +204,7 @@ contains
   subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: provenance
+    !> numbers of parameters, dofs, multipliers and further values of each record, shape (4)
     integer, intent(in) :: sizes(:)
     logical, intent(in) :: is_writing
     type(c_ptr), intent(out) :: handle

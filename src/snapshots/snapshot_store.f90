@@ -159,7 +159,8 @@ contains
     chosen%seconds = set%seconds(numbers)
   end function columns_of
 
-  !> Writes snapshots.h5 from records, with a seal. h5py shows the snapshots as rows: displacement has shape (m, n_dofs).
+  !> Writes snapshots.h5 from records, with a seal, by which a reader notices changes of the file. h5py shows the snapshots as rows:
+  !> displacement has shape (m, n_dofs).
   !>
   !> Errors: the file cannot be written.
   subroutine write_snapshots(path, study, records, length_unit, multiplier_unit, parameter_units, error)

@@ -103,6 +103,7 @@ contains
   pure function chosen_corners(i_type, vertices, window) result(corners)
     !> row of element_types
     integer, intent(in) :: i_type
+    !> [length] as in add_curved_face
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     real(rk) :: corners(2, 4)
@@ -192,6 +193,7 @@ contains
   !> Appends the integration points along t at one s.
   pure subroutine add_line(facet, vertices, window, s, weight_of_s, rule)
     type(curved_facet_t), intent(in) :: facet
+    !> [length] as in add_curved_face
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     !> [-] from 0 to 1
@@ -222,6 +224,7 @@ contains
   !> Appends one integration point with a weight for the area of the unit square.
   pure subroutine add_face_point(facet, vertices, place, weight, rule)
     type(curved_facet_t), intent(in) :: facet
+    !> [length] as in add_curved_face
     real(rk), intent(in) :: vertices(:, :)
     !> s and t
     real(rk), intent(in) :: place(2)

@@ -57,6 +57,7 @@ contains
   end subroutine differentiate_terms
 
   !> Computes the derivatives of all terms with respect to one parameter. is_found: all of them exist; is_kink: see take_limits.
+  !> Other arguments as in differentiate_terms.
   subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)

@@ -12,7 +12,8 @@ module sig_term_file
 
 contains
 
-  !> Writes a term set into a group of an open file. A failure of the file is reported when the file is closed.
+  !> Writes a term set into a group of an open file, without the names of the parameters and the lines of the deck. A failure of the
+  !> file is reported when the file is closed.
   subroutine write_terms(file, group, terms, length)
     type(h5_writer_t), intent(inout) :: file
     !> path of the group in the file

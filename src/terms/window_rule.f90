@@ -79,6 +79,7 @@ contains
 
   !> Returns where a facet lies relative to a window: facet_inside, facet_outside or facet_cut.
   pure integer function position_of(vertices, window) result(position)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     real(rk) :: lower(size(vertices, 1)), upper(size(vertices, 1))
@@ -156,6 +157,7 @@ contains
 
   !> Puts the points of a linear edge, on the part inside of the window, into the empty `rule`.
   pure subroutine cut_edge(vertices, window, rule)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
@@ -195,6 +197,7 @@ contains
   !> Puts the points of a linear face, on the part inside of the window, into the empty `rule`. The face is the image of the unit
   !> square (s, t). On a triangle the side s = 1 of the square is only a point, the second node.
   pure subroutine cut_face(vertices, window, rule)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     type(window_t), intent(in) :: window
     type(facet_rule_t), intent(inout) :: rule
@@ -300,6 +303,7 @@ contains
 
   !> Appends to `rule` the points of one strip.
   pure subroutine add_strip(vertices, corners, window, strip, n_outer, rule)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     !> nodes at (s, t) = (0, 0), (1, 0), (1, 1), (0, 1)
     integer, intent(in) :: corners(4)
@@ -328,6 +332,7 @@ contains
 
   !> Appends to `rule` the Gauss points with t in `piece`, at one s of the unit square (s, t).
   pure subroutine add_line(vertices, corners, s, piece, weight_of_s, rule)
+    !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
     !> as in add_strip
     integer, intent(in) :: corners(4)

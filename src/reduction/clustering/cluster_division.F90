@@ -25,9 +25,9 @@ module sig_cluster_division
 
 contains
 
-  !> Makes the clusters of the snapshots, and fills model%choice unless n_clusters is 1. With small_clusters: merge there may be
-  !> fewer clusters than asked for. Writes a warning to the log where two snapshots are equal. Collective on all ranks, with the
-  !> same result on each.
+  !> Makes the clusters of the snapshots. With n_clusters = 1 this is one cluster of all, and nothing else happens. Otherwise it
+  !> fills model%choice, and writes a warning to the log if two snapshots are equal. With small_clusters: merge there may be fewer
+  !> clusters than asked for. Collective on all ranks, with the same result on each.
   !>
   !> Source: section 4. Errors, unless n_clusters is 1: a snapshot is zero; a point of the grid has no solution (regular clusters);
   !> more clusters than items are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).

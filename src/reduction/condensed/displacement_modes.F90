@@ -37,7 +37,8 @@ module sig_displacement_modes
 contains
 
   !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Afterwards `joined` and the
-  !> stiffness of the team are those of mu_0. Collective on all ranks, with the same result on each.
+  !> stiffness of the team are those of mu_0, the middle of the ranges of the elastic constants. Collective on all ranks, with the
+  !> same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine add_displacement_modes(problem, team, joined, snapshots, data, error, ierr)
@@ -71,10 +72,10 @@ contains
     PetscCall(measure_modes(team, responses, bases, forces, data, ierr))
   end subroutine add_displacement_modes
 
-  !> Sets the terms of the elastic constants of a body, and its moduli at mu_0. Local.
+  !> Sets the terms of the elastic constants of a body, and its moduli at mu_0 (the middle of their ranges). Local.
   subroutine take_materials(problem, joined, i_body, modes)
     type(problem_t), intent(in) :: problem
-    !> elastic constants mu_0
+    !> its elastic constants are mu_0
     type(joined_body_t), intent(in) :: joined
     integer, intent(in) :: i_body
     type(body_modes_t), intent(inout) :: modes
@@ -98,7 +99,7 @@ contains
   subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    !> responses at mu_0
+    !> responses at mu_0, the middle of the ranges of the elastic constants
     type(responses_t), intent(in) :: responses
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
@@ -150,8 +151,9 @@ contains
     end associate
   end subroutine move_all_dofs
 
-  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0 (with the
-  !> modulus of mu_0, not with 1). Changes the stiffness of the team. Collective on all ranks.
+  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0, the middle of
+  !> the ranges of the elastic constants (with the modulus of mu_0, not with 1). Changes the stiffness of the team. Collective on
+  !> all ranks.
   subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -195,7 +197,8 @@ contains
     end do
   end subroutine measure_parts
 
-  !> Sets the material law to part i_part of the stiffness of each body at mu_0. Bodies with fewer parts get zero stiffness. Local.
+  !> Sets the material law to part i_part of the stiffness of each body at mu_0 (data%modes(:)%moduli). Bodies with fewer parts
+  !> get zero stiffness. Local.
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
     class(interpolated_data_t), intent(in) :: data
@@ -221,7 +224,7 @@ contains
   !> ranks.
   subroutine measure_modes(team, responses, bases, forces, data, ierr)
     type(team_t), intent(inout) :: team
-    !> responses at mu_0; the stiffness of the team must be that of mu_0, too
+    !> responses at mu_0, the middle of the ranges of the elastic constants; the stiffness of the team must be that of mu_0, too
     type(responses_t), intent(in) :: responses
     !> of find_bases
     type(columns_t), intent(in) :: bases(:)

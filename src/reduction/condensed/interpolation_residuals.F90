@@ -77,8 +77,8 @@ contains
     has_identity = constants%denominators(1) > 0 .or. size(constants%materials) == 1
   end function has_identity
 
-  !> Returns the value of the elastic constant, in the middle third of its range, where the product of the distances from the nodes
-  !> is largest.
+  !> Returns the value of the elastic constant, of 101 in the middle third of its range, where the product of the distances from the
+  !> interpolation nodes is largest. Requires: has_identity.
   pure real(rk) function widest_place(data, i_body) result(widest)
     class(interpolated_data_t), intent(in) :: data
     integer, intent(in) :: i_body
@@ -113,7 +113,7 @@ contains
     !> largest number of nodes of these bodies
     integer, intent(in) :: n_nodes
     class(interpolated_data_t), intent(inout) :: data
-    !> [length] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
+    !> [length; for contact forces length/force] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
     real(rk), allocatable, intent(out) :: columns(:, :)
     !> those of the bodies that only contact holds
     type(anchors_t), intent(out) :: anchors
@@ -185,7 +185,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> as in solve_at
     real(rk), intent(in) :: places(:)
-    !> [length] E = U - U_I at the places; rows of this rank, columns as in solve_at
+    !> [length] E = U - U_I, responses minus interpolated ones at the places; rows of this rank, columns as in solve_at
     real(rk), intent(in) :: missing(:, :)
     !> [length] the responses U at the places, same shape
     real(rk), intent(in) :: columns(:, :)
@@ -230,12 +230,14 @@ contains
     end associate
   end subroutine fill_bounds
 
-  !> Sets bound%forces = W_0^+ g for the openings g, and bound%rest = bound%residuals - g'W_0^+ g. Local.
+  !> Sets bound%forces = W_0^+ g for the openings g, and bound%rest = bound%residuals - g'W_0^+ g. W_0 is taken without the rows of
+  !> the anchors, where bound%forces are 0. Local.
   subroutine split(anchors, openings, compliance, bound)
     type(anchors_t), intent(in) :: anchors
-    !> [length per unit of a coefficient] g: B K_0^-1 Z, with anchors closed; shape (n_multipliers, n_coefficients)
+    !> [length per unit of a coefficient] g: openings by the scaled E of fill_bounds, with anchors closed; shape (n_multipliers,
+    !> n_coefficients)
     real(rk), intent(in) :: openings(:, :)
-    !> [length/force] W_0 of the body
+    !> [length/force] W_0, the compliance of the body at its place
     real(rk), intent(in) :: compliance(:, :)
     !> its residuals must be set
     type(interpolation_bound_t), intent(inout) :: bound

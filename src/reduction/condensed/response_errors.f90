@@ -47,7 +47,8 @@ contains
 
   !> Sets in `reduced` measured_error and worst_point, the largest relative error of the contact forces at the training points and
   !> the number of this point, and largest_size, the largest norm of the full-order forces in the norm of W. Errors are Euclidean
-  !> norms relative to comparable_size of the full-order forces. Without an answer the error is very large. Local.
+  !> norms relative to the norm of the full-order forces, but at least to 1e-3 of the largest such norm (comparable_size). Without
+  !> an answer the error is very large. Local.
   subroutine measure_responses(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
     !> points with full-order contact forces; their displacements are not used

@@ -47,7 +47,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     !> not allocated where there is no model
     class(reduced_t), allocatable, intent(out) :: part
-    !> why there is no model; empty where there is one
+    !> why there is no model; empty where there is one, or an error
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr

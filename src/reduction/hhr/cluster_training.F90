@@ -133,7 +133,7 @@ contains
     end do
   end subroutine exchange_clusters
 
-  !> Sends a cluster from one rank to all. Collective on all ranks. Errors: no memory.
+  !> Sends a cluster from one rank to all. Collective on all ranks. Errors: it cannot be packed into bytes or unpacked.
   subroutine share_cluster(root, rank, cluster, error, ierr)
     !> 0-based: the rank that has the cluster, and this rank
     integer, intent(in) :: root

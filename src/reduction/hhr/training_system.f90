@@ -31,7 +31,7 @@ contains
   !> what tells whether the reduced problem is solvable: kappa and the rank of (11), the rank and condition number of K_r, the
   !> anchors, the warnings.
   !>
-  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes (trap 1);
+  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes;
   !> the mesh lacks a loaded boundary.
   subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
@@ -116,8 +116,8 @@ contains
     if (cluster%varying%is_there()) cluster%primal_rank_expected = min(cluster%n_modes, size(domain%interior_dofs))
   end subroutine count_equations
 
-  !> Adds hat functions to the basis by the rule of the deck. The choice uses the POD modes before prescribed displacements were
-  !> imposed on them.
+  !> Adds hat functions to cluster%basis by reduction.enrichment of the deck, and keeps the history of the choice in `cluster`. The
+  !> choice uses the POD modes before prescribed displacements were imposed on them.
   subroutine enrich(problem, domain, modes, hats, cluster)
     type(problem_t), intent(in) :: problem
     type(reduced_domain_t), intent(in) :: domain
