@@ -172,7 +172,7 @@ contains
   end subroutine add_node_scalar
 
   !> Adds a field of several numbers per node to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
-  !> (symmetric tensors). A wrong number of values is an error, which close returns.
+  !> (symmetric tensors); other fields stay as they are. A wrong number of nodes is an error, which close returns.
   subroutine add_node_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -214,7 +214,7 @@ contains
   end subroutine add_cell_integer
 
   !> Adds a field of several numbers per cell to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
-  !> (symmetric tensors). A wrong number of values is an error, which close returns.
+  !> (symmetric tensors); other fields stay as they are. A wrong number of cells is an error, which close returns.
   subroutine add_cell_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name

@@ -210,7 +210,7 @@ contains
     growth%interior_nodes(:size(nodes)) = nodes
   end subroutine remove_unpaired
 
-  !> Makes the sets of a finished domain.
+  !> Sets the cells, dofs and contact rows of a finished domain (not its seed and facing nodes).
   !>
   !> Source: (7) asks for dofs with K_ij /= 0, so I are the other dofs of the cells that touch an interior node.
   pure subroutine collect_sets(mesh, rows, growth, domain)

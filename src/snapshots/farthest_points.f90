@@ -36,6 +36,7 @@ contains
 
   !> Returns the squared distances of the points from a place, after the box was scaled to sides of length 1.
   pure function squares(points, box, place)
+    !> points and box as in farthest_points
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: box(:, :)
     real(rk), intent(in) :: place(:)

@@ -168,6 +168,7 @@ contains
   !> Appends records to a list. Their arrays are moved, not copied: those of `records` are not allocated afterwards.
   pure subroutine append_records(records, list)
     type(snapshot_record_t), intent(inout) :: records(:)
+    !> must be allocated, maybe empty
     type(snapshot_record_t), allocatable, intent(inout) :: list(:)
     type(snapshot_record_t), allocatable :: longer(:)
     integer :: i, n

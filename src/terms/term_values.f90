@@ -104,7 +104,7 @@ contains
     end if
   end subroutine create_handles
 
-  !> Stores box, nodes and nodal forces under the load value 1 of each facet of a surface load: they are the same at all points.
+  !> Stores box, nodes and nodal forces under the load value 1 of each facet of a surface load, and whether the load is uniform.
   subroutine tabulate_facets(terms, source, handles)
     type(term_set_t), intent(in) :: terms
     type(term_source_t), intent(in) :: source

@@ -86,6 +86,7 @@ contains
   !> check_clusters.
   subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
+    !> as in divide_snapshots
     integer, intent(in) :: n_clusters
     !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
@@ -136,6 +137,7 @@ contains
   !> Collective on all ranks. Source: section 4.2. Errors: those of find_medoids, check_clusters and train_forest.
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
+    !> as in divide_snapshots
     integer, intent(in) :: n_clusters
     !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
@@ -177,7 +179,7 @@ contains
     end if
   end subroutine find_clusters
 
-  !> Returns the options of k-medoids from the deck.
+  !> Returns the options of k-medoids: method and seed from the deck, defaults for the others.
   pure function medoid_options(clusters) result(options)
     type(clusters_config_t), intent(in) :: clusters
     type(k_medoids_options_t) :: options

@@ -90,7 +90,7 @@ contains
     places(4)%text = folder // '/venv/bin/' // forest_tool_name
   end subroutine candidates
 
-  !> Whether the environment variable is set and not empty.
+  !> Whether the environment variable SIGNOROM_POST is set and not empty.
   logical function is_named()
     integer :: length
 

@@ -85,7 +85,8 @@ contains
     PetscCall(broadcast_error(error, comm, ierr))
   end subroutine train_forest
 
-  !> Returns the text of labels.csv: a head line, then one line per point with its parameters and its cluster.
+  !> Returns the text of labels.csv: a head line (the names, then `cluster`), then one line per point with its parameters and its
+  !> cluster.
   pure function label_table(names, points, labels) result(text)
     type(string_t), intent(in) :: names(:)
     !> shape (n_parameters, n_points)

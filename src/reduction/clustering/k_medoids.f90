@@ -26,7 +26,7 @@ module sig_k_medoids
 
 contains
 
-  !> Finds clusters with a small loss: the best result of options%n_starts starts.
+  !> Finds n_clusters clusters with a small loss (medoids_t): the best result of options%n_starts starts.
   !>
   !> Local; the same options give the same clusters. Cost: a few n_items**2 per start. Errors, without a place in a file: fewer than
   !> one cluster, or more clusters than items; a dissimilarity is negative or not finite; wrong options; no memory.

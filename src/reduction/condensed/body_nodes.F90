@@ -85,8 +85,8 @@ contains
     end do
   end subroutine grow_nodes
 
-  !> Computes the responses of each body at all of its interpolation nodes that have none yet. Changes `joined` and the stiffness of
-  !> the team. Collective on all ranks, with the same result on each.
+  !> Computes data%bodies(:), the responses of each body, at all of its interpolation nodes that have none yet. Changes `joined` and
+  !> the stiffness of the team. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine fill_nodes(problem, team, joined, data, error, ierr)

@@ -161,7 +161,7 @@ contains
     call move_alloc(wider, matrix)
   end subroutine append_columns
 
-  !> Keeps the history of the choice of hats in `cluster`.
+  !> Keeps the history of the choice of hats in `cluster`, and n_hats, rank and condition_number after the last hat.
   pure subroutine keep_path(path, hats, domain, n_pod_columns, cluster)
     type(enrichment_path_t), intent(in) :: path
     !> the chosen hats
