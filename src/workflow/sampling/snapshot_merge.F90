@@ -135,8 +135,9 @@ contains
   end subroutine find_finished_points
 
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
-  !> Of several solutions of a point the last converged one is kept. A merged file without displacements is left out, with a note in
-  !> the log, if the deck needs them. Damaged records at the end of a shard are left out with a warning. Local.
+  !> Of several solutions of a point the last converged one is kept, or the first one if none converged. A merged file without
+  !> displacements is left out, with a note in the log, if the deck needs them. Damaged records at the end of a shard are left out
+  !> with a warning. Local.
   !>
   !> Errors: a file cannot be read, or is of another deck or mesh; a shard has not n_stored dofs.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)

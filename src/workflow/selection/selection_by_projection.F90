@@ -36,7 +36,7 @@ contains
   !> The first rank selects. A signal while the candidates are solved ends it early (outcome%is_stopped). Collective on all ranks;
   !> errors are known to all.
   !>
-  !> Errors: those of the sampling; no candidate has a solution that is not zero; a file cannot be read or written.
+  !> Errors: those of the sampling and of choose_from_pool; selection.csv cannot be written.
   subroutine select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr)
     type(sampler_t), intent(inout) :: sampler
     character(*), intent(in) :: folder
@@ -59,7 +59,7 @@ contains
   end subroutine select_by_projection
 
   !> Selects points among the solved candidates and writes snapshots.h5: their solutions first, then the others that it had. Local.
-  !> Errors: no candidate has a solution that is not zero; a file cannot be read or written.
+  !> Errors: the fields of all candidates (vectors_to_represent) are zero but for rounding; a file cannot be read or written.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
