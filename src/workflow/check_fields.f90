@@ -34,6 +34,7 @@ contains
     !> shape (n_parameters); if a term is not finite at the point, prescribed displacements, loads and gaps are written as 0 and
     !> imposed strains are left out
     real(rk), intent(in) :: point(:)
+    !> results folder
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
     type(cell_collection_t) :: cells

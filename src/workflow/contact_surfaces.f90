@@ -62,6 +62,7 @@ contains
     type(model_t), intent(in) :: model
     !> fields of contact are wanted
     logical, intent(in) :: has_contact
+    !> results folder, or that of predict --fields
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
     integer :: i, k
@@ -94,6 +95,7 @@ contains
   !> Removes contact.h5 and contact.xdmf of an earlier run, if there are any: they would stand beside fields of another problem.
   !> Errors: they cannot be removed.
   subroutine remove_old_files(folder, error)
+    !> results folder, or that of predict --fields
     character(*), intent(in) :: folder
     type(error_t), allocatable, intent(out) :: error
 

@@ -83,6 +83,7 @@ contains
   !> Errors: the snapshots cannot be read, or are of another deck or mesh.
   subroutine is_complete(problem, folder, selection, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
+    !> results folder
     character(*), intent(in) :: folder
     type(selection_t), intent(in) :: selection
     !> the same on all ranks
@@ -103,6 +104,7 @@ contains
   !> all ranks. Errors: the file cannot be written.
   subroutine keep_selection(problem, folder, selection, is_writer, error, ierr)
     type(problem_t), intent(in) :: problem
+    !> results folder
     character(*), intent(in) :: folder
     type(selection_t), intent(in) :: selection
     !> this rank writes; true on one rank
@@ -121,6 +123,7 @@ contains
   !> read.
   subroutine training_points(problem, folder, points, selection, error)
     type(problem_t), intent(in) :: problem
+    !> results folder
     character(*), intent(in) :: folder
     !> shape (n_parameters, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
