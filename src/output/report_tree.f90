@@ -98,6 +98,7 @@ contains
   pure subroutine append(self, key, i_parent, i_slot)
     class(report_tree_t), intent(inout) :: self
     character(*), intent(in) :: key
+    !> number of the entry of the parent
     integer, intent(in) :: i_parent
     !> a free slot, from slot_of
     integer, intent(in) :: i_slot

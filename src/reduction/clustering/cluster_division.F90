@@ -133,8 +133,8 @@ contains
   end subroutine need_whole_grid
 
   !> Clusters the snapshots by the angles between them, merges small clusters if the deck asks for it, fills model%choice, and
-  !> trains a forest on the labels unless there is only one cluster.
-  !> Collective on all ranks. Source: section 4.2. Errors: those of find_medoids, check_clusters and train_forest.
+  !> trains a forest on the labels unless there is only one cluster. Collective on all ranks. Source: section 4.2. Errors: those of
+  !> find_medoids, check_clusters and train_forest.
   subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
     !> as in divide_snapshots

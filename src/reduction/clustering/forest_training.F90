@@ -109,6 +109,7 @@ contains
   subroutine run_tool(labels_path, forest_path, seed, error)
     character(*), intent(in) :: labels_path
     character(*), intent(in) :: forest_path
+    !> of the random numbers of the forest
     integer, intent(in) :: seed
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: command, tool

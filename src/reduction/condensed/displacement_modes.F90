@@ -160,7 +160,7 @@ contains
     type(joined_body_t), intent(in) :: joined
     !> V, of find_bases
     type(columns_t), intent(in) :: bases(:)
-    !> [force] K_1 V, K_2 V, ... on free dofs, rows of this rank
+    !> [force] K_1 V, K_2 V, ... with zeros on held dofs, rows of this rank
     type(columns_t), intent(out) :: forces(:)
     class(interpolated_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr

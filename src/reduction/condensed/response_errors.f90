@@ -158,8 +158,7 @@ contains
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
   !> change times the factor by which measured_error became smaller (taken as at least 0.05 and at most 1). It is huge in the first
-  !> round. Probes without an
-  !> answer in this round or in the last one do not count. Requires: measure_responses of the same round.
+  !> round. Probes without an answer in this round or in the last one do not count. Requires: measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

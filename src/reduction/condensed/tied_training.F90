@@ -158,7 +158,8 @@ contains
   end subroutine add_ring
 
   !> Computes the responses of cluster i with its closed rows tied, and logs how many of its rows may change, stay closed and stay
-  !> open. Collective on all ranks; the results of the first rank are sent to all. There is none where `reason` is not empty.
+  !> open. Collective on all ranks; the results of the first rank are sent to all. The cluster has no responses where
+  !> `reason` is not empty.
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i

@@ -59,7 +59,7 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine compute_modes
 
-  !> Returns the values of the lifted terms at the training points; their response without contact is subtracted from the snapshots.
+  !> Returns the values of the lifted terms at the training points: compute_modes subtracts the response to them from the snapshots.
   !> There are none (n_terms = 0) with `dirichlet: multiplier`, where the modes contain the prescribed displacements.
   function terms_at(problem, snapshots) result(theta)
     type(problem_t), intent(in) :: problem
