@@ -173,6 +173,7 @@ contains
     type(string_t), intent(in) :: names(:)
     !> length width * size(names)
     character(:), allocatable, intent(out) :: fields
+    !> length of the longest name, at least 1
     integer, intent(out) :: width
     integer :: i_name
 

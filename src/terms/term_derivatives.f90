@@ -131,8 +131,9 @@ contains
   end subroutine take_limits
 
   !> Extrapolates the slopes of one side to the step 0. Their errors are of second order, and the last step is a tenth of the one
-  !> before it, so the last two slopes give the limit. There is no limit where the slopes do not converge: at a jump, or at a root
-  !> of infinite slope.
+  !> before it, so the last two slopes give the limit. There is no limit where the slopes do not converge (at a jump, or at a root
+  !> of infinite slope): the last one changes by more than 1e-3 of the larger of both plus `noise`, and by more than half of the
+  !> change before.
   pure subroutine find_limits(slopes, noise, limits, has_limit)
     !> shape (n_terms, n_steps)
     real(rk), intent(in) :: slopes(:, :)

@@ -100,8 +100,8 @@ contains
 
   !> Computes the responses to loads, prescribed displacements and contact forces, in this order. The constants of each body with
   !> has_identity are those of its node i_node, or those of `places` where i_node is larger than n_nodes. A body that has no node
-  !> i_node, and all other bodies, keep the constants in `joined`. Changes `joined` and the stiffness of the team.
-  !> Collective on the ranks of the team. Errors: the stiffness could not be factored.
+  !> i_node, and all other bodies, keep the constants in `joined`. Changes `joined` and the stiffness of the team. Collective on the
+  !> ranks of the team. Errors: the stiffness could not be factored.
   subroutine solve_at(problem, team, joined, places, i_node, n_nodes, data, columns, anchors, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -177,8 +177,7 @@ contains
   end subroutine add_weighted
 
   !> Fills data%bodies(:)%bound of each body whose stiffness is a factor times an affine function of one elastic constant
-  !> (has_identity). Requires: the stiffness of the team is that of the places.
-  !> Collective on all ranks.
+  !> (has_identity). Requires: the stiffness of the team is that of the places. Collective on all ranks.
   subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

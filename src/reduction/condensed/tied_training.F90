@@ -36,8 +36,8 @@ module sig_tied_training
 contains
 
   !> Trains the model, unless the rows that change need more memory than reduction.max_full_order_size or the tied stiffness cannot
-  !> be factored. Warns where the
-  !> deck asks for displacement modes, which this model does not have. Collective on all ranks, with the same result on each.
+  !> be factored. Warns where the deck asks for displacement modes, which this model does not have. Collective on all ranks, with
+  !> the same result on each.
   !>
   !> Errors: those of group_sets.
   subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
@@ -158,8 +158,8 @@ contains
   end subroutine add_ring
 
   !> Computes the responses of cluster i with its closed rows tied, and logs how many of its rows may change, stay closed and stay
-  !> open. Collective on all ranks; the results of the first rank are sent to all. The cluster has no responses where
-  !> `reason` is not empty.
+  !> open. Collective on all ranks; the results of the first rank are sent to all. The cluster has no responses where `reason` is
+  !> not empty.
   subroutine fill_cluster(full_order, i, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i

@@ -31,8 +31,8 @@ contains
   !> what tells whether the reduced problem is solvable: kappa and the rank of (11), the rank and condition number of K_r, the
   !> anchors, the warnings.
   !>
-  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes;
-  !> the mesh lacks a loaded boundary.
+  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes; the mesh
+  !> lacks a loaded boundary.
   subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

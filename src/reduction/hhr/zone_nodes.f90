@@ -84,8 +84,8 @@ contains
     call build_points(both_ends, parameters, points, error)
   end function corners
 
-  !> Whether each node carries a force of a load, body forces included, at one of the points. Points after the
-  !> first one where a term has no finite value do not count.
+  !> Whether each node carries a force of a load, body forces included, at one of the points. Points after the first one where a
+  !> term has no finite value do not count.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
