@@ -16,7 +16,7 @@ module sig_answer
   !> value of a bound that the model cannot give
   real(rk), parameter, public :: no_bound = -1
 
-  !> Answer at one point. Without an answer the arrays are zero.
+  !> Answer at one point. Without an answer (reason <= 0) the arrays have no meaning.
   type :: answer_t
     !> part of the model that the choice selected, 1-based
     integer :: cluster = 1
@@ -74,8 +74,8 @@ module sig_answer
 
 contains
 
-  !> Starts an answer of a cluster: it has no solution (reason_bad_point) and no bounds, `part` and `displacement_part` are the
-  !> cluster, and the arrays hold zeros. Arrays that have the right size are not allocated again.
+  !> Starts an answer of a cluster: `part` and `displacement_part` become the cluster, and the arrays hold zeros. All else gets its
+  !> default: no solution (reason_bad_point), no bounds. Arrays that have the right size are not allocated again.
   pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
     class(answer_t), intent(inout) :: self
     !> part of the model, 1-based
@@ -153,8 +153,8 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> Sets the bound and the relative bound, which is bound / size_of_answer, and 0 for a bound of 0. Both are huge if the bound is
-  !> huge or not a number.
+  !> Sets the bound and the relative bound, which is bound / size_of_answer, and 0 for a bound of 0, also if size_of_answer is 0.
+  !> Both are huge if the bound is huge or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]

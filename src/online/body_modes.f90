@@ -63,8 +63,8 @@ contains
     n_modes = size(self%basis, 2) - size(self%lifted_terms)
   end function n_modes
 
-  !> Returns the bulk and the shear modulus [force/length**2] of a material, in this order. Hooke's matrix is linear in them
-  !> (modulus_text of sig_elasticity).
+  !> Returns the bulk and the shear modulus [force/length**2] of a material, in this order; in plane stress the bulk modulus is that
+  !> of the plane, E/(2 (1 - nu)). Hooke's matrix is linear in them (modulus_text of sig_elasticity).
   pure function part_moduli(young_modulus, poisson_ratio, is_thin) result(moduli)
     !> [force/length**2]
     real(rk), intent(in) :: young_modulus
@@ -94,7 +94,8 @@ contains
   end function part_ratios
 
   !> Computes the coordinates a of the modes under loads and contact forces, a bound of the residual r of equilibrium, and u'K u of
-  !> the displacement u = L theta + Phi a. If the reduced stiffness is not positive definite, the coordinates are zero.
+  !> the displacement u = L theta + Phi a. If the reduced stiffness is not positive definite, the coordinates are zero, and the
+  !> bound and u'K u are those of u = L theta.
   subroutine solve(self, theta, forces, coordinates, residual, energy)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -121,7 +122,8 @@ contains
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
 
-  !> Adds B u for u = L theta + Phi a: the length by which the body closes each contact.
+  !> Adds B u for u = L theta + Phi a: the length by which the body closes each contact row. Its rigid motion by anchors is left
+  !> out.
   subroutine add_closing(self, theta, coordinates, closing)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms

@@ -157,8 +157,8 @@ contains
     has_bound = size(self%numerators) == 0 .or. self%bound%is_there()
   end function has_bound
 
-  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that the interpolation of this body makes in the
-  !> openings; 0 for an exact body. Requires: has_bound.
+  !> Returns a bound [sqrt(force*length)] of the error that the interpolation of this body makes in the openings, in the norm of
+  !> the inverse of the body's own W; 0 for an exact body. Requires: has_bound, nodes%prepare.
   real(rk) function error_bound(self, theta, forces) result(bound)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -293,6 +293,7 @@ contains
   !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit.
   pure function mismatch(self, n_multipliers, n_terms, n_exact) result(name)
     class(body_response_t), intent(in) :: self
+    !> numbers of multipliers, terms and exact dofs of the model
     integer, intent(in) :: n_multipliers, n_terms, n_exact
     character(:), allocatable :: name
     integer :: n_driving, n_variables

@@ -77,7 +77,7 @@ contains
     call keep(handle%message, trim(text))
   end subroutine keep_reason
 
-  !> Writes the last answer of a context and its code to the caller's signorom_answer.
+  !> Writes the last answer of a context and its code to the caller's signorom_answer; the method is 0 without an answer.
   subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code
@@ -102,8 +102,8 @@ contains
     bytes = own
   end subroutine tell
 
-  !> Whether the last answer has a displacement of this node. Requires: an answer, and a part with displacements (has_displacement)
-  !> that gives them.
+  !> Whether the last answer has a displacement of this node. Requires: an answer whose displacement_part has displacements
+  !> (has_displacement), and a node of the model.
   logical function has_node(handle, node)
     type(context_handle_t), intent(in) :: handle
     !> number of the node, 0-based

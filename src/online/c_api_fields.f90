@@ -126,8 +126,8 @@ contains
   end function signorom_get_contact_fields
 
   !> Returns the handle of a context whose last answer has its fields; the first call after a query computes them. Otherwise it
-  !> returns null, and the message of the context (if there is one) says why: code = bad_argument without an answer, no_answer if
-  !> the model or the point gives no fields.
+  !> returns null, and the message of the context (unless `context` is null) says why: code = bad_argument without an answer,
+  !> no_answer if the model or the point gives no fields.
   function context_with_fields(context, code) result(handle)
     type(c_ptr), intent(in) :: context
     integer(c_int), intent(out) :: code

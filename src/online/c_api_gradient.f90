@@ -42,8 +42,8 @@ contains
   end function signorom_differentiate
 
   !> Returns the handle of a context for which signorom_differentiate succeeded after the last query. Otherwise, or if `array`, the
-  !> array of the caller, is null, it returns null and code = bad_argument, and the message of the context (if there is one) says
-  !> why.
+  !> array of the caller, is null, it returns null and code = bad_argument, and the message of the context (unless `context` is
+  !> null) says why.
   function differentiated_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array

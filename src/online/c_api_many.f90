@@ -78,11 +78,12 @@ contains
     call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
   end subroutine refuse_points
 
-  !> Sets pointers to the caller's arrays. is_fine is false, and the message of the context says why, if the size of the structure
-  !> is not set, if only some of areas, forces and moments are given or multipliers are missing beside them, or if the nodes are
-  !> missing or out of range.
+  !> Drops the last answer, and sets pointers to the caller's arrays. is_fine is false, and the message of the context says why, if
+  !> the size of the structure is not set, if only some of areas, forces and moments are given or multipliers are missing beside
+  !> them, or if `displacement` is given and the nodes are missing or out of range.
   subroutine set_targets(handle, n, given, targets, is_fine)
     type(context_handle_t), intent(inout) :: handle
+    !> number of points
     integer(c_int), intent(in) :: n
     type(c_arrays_t), intent(in) :: given
     type(targets_t), intent(inout) :: targets
@@ -108,7 +109,8 @@ contains
     end associate
   end subroutine set_targets
 
-  !> Whether the caller has given the size of its structure, and arrays that belong together.
+  !> Whether the caller has given the size of its structure, and areas, forces and moments all or none, and only with multipliers;
+  !> otherwise the message of the context says so.
   logical function are_consistent(handle, given)
     type(context_handle_t), intent(inout) :: handle
     type(c_arrays_t), intent(in) :: given
@@ -125,11 +127,13 @@ contains
       'give areas, forces and moments all or none, and only together with multipliers')
   end function are_consistent
 
-  !> Queries one point after the other. code is code_ok; no_answer if a point has no answer; bad_argument, without any query, if the
-  !> size of the answers is not set.
+  !> Queries one point after the other, and fills `answers` and `targets`. code is code_ok; no_answer if a point has no answer (the
+  !> others are answered all the same); bad_argument, without any query, if there are points and the size of the answers is not set.
   subroutine ask_all(handle, n, points, answers, targets, blank, code)
     type(context_handle_t), intent(inout) :: handle
+    !> number of points
     integer(c_int), intent(in) :: n
+    !> values of the parameters, one point after the other
     type(c_ptr), intent(in) :: points
     !> the caller's answers, or null
     type(c_ptr), intent(in) :: answers
@@ -186,7 +190,7 @@ contains
     if (associated(targets%displacement)) call fill_nodes(handle, blank, targets%nodes, targets%displacement(:, :, i))
   end subroutine fill_targets
 
-  !> Computes the displacement of the chosen nodes in the last answer.
+  !> Computes the displacement of the chosen nodes in the last answer; all are `blank` without an answer.
   subroutine fill_nodes(handle, blank, nodes, displacement)
     type(context_handle_t), intent(in) :: handle
     !> value for nodes without displacement

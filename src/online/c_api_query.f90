@@ -114,8 +114,8 @@ contains
   end function signorom_get_coordinates
 
   !> Returns the handle of a context whose last answer has displacements. Otherwise it returns null, and the message of the context
-  !> (if there is one) says why: code = no_answer if the model gives forces only, bad_argument without an answer or if `array`, the
-  !> array of the caller, is null.
+  !> (unless `context` is null) says why: code = no_answer if the part that answered gives forces only, bad_argument without an
+  !> answer or if `array`, the array of the caller, is null.
   function displaced_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array

@@ -114,7 +114,7 @@ contains
   end function ready_context
 
   !> Returns the handle of a context whose last query had an answer. Otherwise, or if `array`, the array of the caller, is null, it
-  !> returns null, and the message of the context (if there is one) says why.
+  !> returns null, and the message of the context (unless `context` is null) says why.
   function answered_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array

@@ -78,7 +78,8 @@ contains
   end function energy
 
   !> Corrects contact forces that another part found. If only contact holds a body and the forces balance the loads, open contacts
-  !> lose their forces (sig_hanging_bodies, release). Otherwise the forces do not change.
+  !> lose their forces, and the others are balanced again (sig_hanging_bodies, release). Otherwise, or if the others cannot balance
+  !> the loads, the forces do not change.
   subroutine correct(self, data, theta, free_opening, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
@@ -98,7 +99,7 @@ contains
 
   !> Bounds |lambda_r - lambda| in the norm of W, by sig_contact_error_bound; it equals |u(lambda_r) - u| in the norm of K. With
   !> anchors the norm is that of the elastic parts of the displacements, with closed anchors. Foreign forces (not is_own) that do
-  !> not balance the loads get the bound huge. Requires: is_valid.
+  !> not balance the loads on bodies that only contact holds get the bound huge. Requires: is_valid.
   subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
@@ -131,7 +132,7 @@ contains
     end if
   end subroutine certify
 
-  !> Computes q and w for forces that another part found, with closed anchors.
+  !> Computes q and w = W z + q for forces that another part found, with closed anchors (z is 0 there).
   subroutine open_under(data, theta, multipliers, free_opening, opening)
     class(condensed_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)

@@ -129,8 +129,8 @@ contains
     has_modes = size(self%basis, 2) > 0
   end function has_modes
 
-  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on the free motion of this anchor times `scale`; work
-  !> that is only rounding becomes exactly zero.
+  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on the free motion of this anchor times `scale`. It
+  !> becomes exactly zero there if it is at most 1e-12 of the sum of the absolute values of its terms.
   subroutine open_freely(self, theta, opening)
     class(condensed_data_t), intent(in) :: self
     !> shape (n_terms)

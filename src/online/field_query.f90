@@ -70,8 +70,8 @@ contains
       self%multipliers(online%model%n_multipliers))
   end subroutine create
 
-  !> Computes the fields of an answer in `values`. is_valid is false, and there are no fields, if an elastic constant or an imposed
-  !> strain has no finite value or Hooke's matrix is not finite. This may happen far outside of the trained box.
+  !> Computes the fields of an answer in `values`. is_valid is false, and `values` does not change, if an elastic constant or an
+  !> imposed strain has no finite value or Hooke's matrix is not finite. This may happen far outside of the trained box.
   subroutine evaluate(self, online, point, answer, is_valid)
     class(field_query_t), intent(inout) :: self
     !> the model that create was called with

@@ -60,8 +60,8 @@ contains
     end do
   end function corners
 
-  !> Returns the number of the cell that a point lies in, 1-based. On a border between cells it is the lower number; for a point
-  !> outside of the box it is the cell that is nearest to the point.
+  !> Returns the number of the cell that a point lies in, 1-based. On a border between cells (up to 1e-8 of a cell's width above it)
+  !> it is the lower number; for a point outside of the box it is the cell that is nearest to the point.
   pure integer function find(self, point) result(i_cell)
     class(grid_cells_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -102,7 +102,7 @@ contains
     end do
   end function squared_distance
 
-  !> Returns the digits of a number, each to a base of its own, the last one fastest.
+  !> Returns the digits of a number (from 0), each to a base of its own, the last one fastest.
   pure function digits_of(number, bases) result(digits)
     integer, intent(in) :: number
     integer, intent(in) :: bases(:)

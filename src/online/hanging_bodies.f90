@@ -32,7 +32,7 @@ module sig_hanging_bodies
 
 contains
 
-  !> Copies the data of the anchors from a condensed problem.
+  !> Takes the data of the anchors, and the diagonal of C, from a condensed problem.
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
     class(condensed_data_t), intent(in) :: data

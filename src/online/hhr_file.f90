@@ -132,7 +132,8 @@ contains
   end subroutine write_snapshots
 
   !> Reads a cluster from a group of a file. Errors: a dataset is missing, or has another type or rank. Anchors and lifted_terms may
-  !> be missing, as in older files: then there are no anchors, and the lifted terms are the first terms.
+  !> be missing, as in older files: then there are no anchors, and the lifted terms are the first terms. A cluster without data
+  !> for a varying stiffness or for a certificate has no group `stiffness` or `certificate`.
   subroutine read_cluster(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -73,7 +73,7 @@ contains
     call terms%destroy()
   end subroutine fill_from
 
-  !> Computes the active sets of one cluster's answers at all training points.
+  !> Computes the active sets of one cluster's answers at all training points; a set is empty where there is no answer.
   subroutine answer_points(part, terms, points, is_closed, judge, sets)
     !> the part, after prepare; its start_sets are overwritten
     type(reduced_hhr_t), intent(inout) :: part
@@ -82,6 +82,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> result of find_closed, shape (n_multipliers, n_points)
     logical, intent(in) :: is_closed(:, :)
+    !> the fallback, whose energy decides between two solutions; null: the model has none
     class(reduced_t), pointer, intent(in) :: judge
     !> active sets as bits (pack_bits), shape (n_words(n_rows), n_points)
     integer, allocatable, intent(out) :: sets(:, :)
@@ -103,8 +104,8 @@ contains
     end do
   end subroutine answer_points
 
-  !> Finds the contacts that are closed in the full-order solutions at the training points, from the clusters' snapshots. Contacts
-  !> count as open where no cluster has a snapshot.
+  !> Finds the contacts that are closed (force > 0) in the full-order solutions at the training points, from the clusters'
+  !> snapshots. At a point whose snapshot no cluster has, all contacts count as open.
   subroutine find_closed(model, is_closed)
     type(model_t), intent(in) :: model
     !> shape (n_multipliers, n_points)

@@ -82,7 +82,8 @@ contains
     if (size(self%anchors) > 0) call self%exchange(self%response(:cluster%n_rows, :))
   end subroutine create
 
-  !> Returns the spring stiffness s [force/length], of the size of K_r; 0 without anchors.
+  !> Returns the spring stiffness s [force/length]: the largest absolute value in K_r over the largest squared norm of a row of M
+  !> of an anchor; 0 without anchors.
   pure real(rk) function spring_of(cluster, stiffness) result(spring)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: stiffness(:, :)
@@ -201,7 +202,7 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> out: (q, K_r^-1 F) at the point, shape (n_rows + n_modes)
     real(rk), contiguous, intent(inout) :: response(:)
-    !> whether K_r is numerically singular; there is no system then
+    !> whether K_r, with springs on the anchors, is numerically singular; there is no system then
     logical, intent(out) :: is_singular
     real(rk), pointer, contiguous :: flat(:)
     real(rk) :: column(cluster%n_rows, merge(1, 0, size(self%anchors) > 0)), norm

@@ -40,6 +40,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> q; its rows of the anchors hold the work of the loads times `scale`
     real(rk), intent(in) :: free_opening(:)
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     real(rk) :: work(size(forces), size(data%anchors))
     integer :: i
@@ -52,9 +53,9 @@ contains
     are_balanced = keep_balance(work, free_opening(data%anchors) / data%scale, forces)
   end function are_balanced
 
-  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W. It is the bound of the interpolated problem plus
-  !> the effect of interpolation on these forces. The result is huge where the interpolated W is not positive definite. Source:
-  !> README. Requires: no anchors, data%has_bound().
+  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W. It is the bound of the interpolated problem,
+  !> raised by data%measured_error, plus the effect of interpolation on these forces. The result is huge where the interpolated W is
+  !> not positive definite. Source: README. Requires: no anchors, data%has_bound().
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)

@@ -14,13 +14,14 @@ module sig_interpolated_constants
 
 contains
 
-  !> Returns the interpolation variable [-] of an elastic constant: the constant itself or its logarithm, see above.
+  !> Returns the interpolation variable [-] of an elastic constant c: c itself or, if is_logarithmic, log c of a ratio of moduli and
+  !> -log(1 - 2 c) of a Poisson's ratio.
   elemental real(rk) function to_variable(constant, is_ratio_of_moduli, is_logarithmic) result(variable)
     !> [-] elastic constant
     real(rk), intent(in) :: constant
     !> whether the constant is a ratio of moduli; otherwise it is a Poisson's ratio
     logical, intent(in) :: is_ratio_of_moduli
-    !> whether the variable is the logarithm
+    !> whether the variable is a logarithm
     logical, intent(in) :: is_logarithmic
 
     variable = constant

@@ -91,8 +91,8 @@ contains
     call fill_missing(self%middle_compliance, 0)
   end subroutine complete
 
-  !> Returns the name of an array of this type, or of one of its bodies, whose shape or values do not fit the model; empty when all
-  !> fit. Requires: complete.
+  !> Returns the name of an array of this type, of one of its bodies or of one of its modes, whose shape or values do not fit the
+  !> model; empty when all fit. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(interpolated_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -214,8 +214,8 @@ contains
     bound = min(norm2(bounds), total)
   end function bound
 
-  !> Exchanges the unknowns of the anchors: openings become unknowns instead of forces, and forces the complementary values. A force
-  !> of an anchor that is only rounding becomes 0.
+  !> Exchanges the unknowns of the anchors in W (compliance) and q (opening): openings become unknowns instead of forces, and
+  !> forces the complementary values. A force of an anchor that is only rounding becomes 0 in q.
   pure subroutine close_anchors(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)

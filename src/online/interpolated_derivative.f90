@@ -79,7 +79,7 @@ contains
   end subroutine change_modes
 
   !> Returns the derivative [length per unit of the parameter] of a dof's displacement by modes with respect to one parameter. The
-  !> displacement is linear in the terms, the coordinates and the moves.
+  !> displacement is linear in the terms, the coordinates and the moves. Requires: a model with modes (has_modes).
   pure real(rk) function mode_displacement_change(data, gradient, i_parameter, dof) result(change)
     class(interpolated_data_t), intent(in) :: data
     !> result of differentiate_interpolated

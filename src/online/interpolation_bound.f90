@@ -49,8 +49,8 @@ contains
     if (allocated(self%residuals)) is_there = size(self%residuals) > 0
   end function is_there
 
-  !> Returns a bound [sqrt(force*length)], in the norm of W^-1, of the error that interpolation makes in the openings by one body.
-  !> Requires: is_there.
+  !> Returns a bound [sqrt(force*length)] of the error that interpolation makes in the openings by one body, in the norm of the
+  !> inverse of the body's W. Requires: is_there.
   real(rk) function evaluate(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients, compliance) &
     result(bound)
     class(interpolation_bound_t), intent(in) :: self

@@ -40,8 +40,8 @@ contains
     end associate
   end subroutine prepare
 
-  !> Returns an estimate [length/force] of the diagonal of W, shape (n_multipliers), from its known entries, those of the domain:
-  !> the opening of a contact by its own unit force.
+  !> Returns an estimate [length/force] of the diagonal of W, shape (n_multipliers): a factor over the diagonal of L'KL. The factor
+  !> is the mean, over the rows of the domain, of the product of both diagonals; there W is known.
   pure function reach_of(cluster) result(reach)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), allocatable :: reach(:)

@@ -109,8 +109,8 @@ module sig_model
 
 contains
 
-  !> Allocates with size 0 each text and array of the model and of its parts that is not allocated. Missing contact sides have no
-  !> nodes, and a missing set of terms has term 1 alone.
+  !> Allocates with size 0 each text and array of the model and of its parts that is not allocated, except in `choice` and `fields`.
+  !> Missing contact sides have no nodes, and a missing set of terms has term 1 alone.
   pure subroutine complete_model(model)
     type(model_t), intent(inout) :: model
     integer :: i

@@ -47,9 +47,9 @@ contains
     end if
   end function cluster_of
 
-  !> Returns the second choice at a point, 1-based; 0 if there is one cluster only. A choice by cells gives the cluster of the
-  !> nearest cell that belongs to another cluster than the first choice (of equally near cells, the lowest number). A forest gives
-  !> the cluster with the second largest share.
+  !> Returns the second choice at a point, 1-based; 0 if the choice knows one cluster only or is empty. A choice by cells gives the
+  !> cluster of the nearest cell that belongs to another cluster than the first choice (of equally near cells, the lowest number). A
+  !> forest gives the cluster with the second largest share.
   integer function next_cluster(self, point)
     class(model_choice_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)

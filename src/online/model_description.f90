@@ -40,7 +40,7 @@ contains
     text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
   end function parameter_lines
 
-  !> Returns the line that tells how many clusters there are and how one is chosen; empty for one cluster.
+  !> Returns the line, with its end, that tells how many clusters there are and how one is chosen; empty for one cluster.
   pure function choice_line(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -64,8 +64,8 @@ contains
       line('prescribed values', model%dirichlet)
   end function size_lines
 
-  !> Returns a line for each entry of the deck's contact section: the number that `predict` gives it, its surfaces, and its number
-  !> of contacts.
+  !> Returns a line, with its end, for each entry of the deck's contact section: the number that `predict` gives it, its surfaces,
+  !> and its number of contact pairs; empty for a model from an older file.
   pure function contact_lines(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text

@@ -197,7 +197,8 @@ contains
     call file%read('/certificate/max_error', model%max_error, error)
   end subroutine read_problem
 
-  !> Reads the data for fields. Gaps, areas and entries of the contact rows are copied from the model.
+  !> Reads the data for fields, if the file has some. Gaps, areas and entries of the contact rows are copied from the model. Errors:
+  !> those of read_field_map.
   subroutine read_fields(file, path, model, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: path

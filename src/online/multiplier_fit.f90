@@ -101,12 +101,12 @@ contains
       spread(self%outside_size, 2, size(cluster%motion_closing, 2))
   end subroutine measure_outside
 
-  !> Computes the multipliers of all contacts from those of the domain. If no row of the domain has a force, the rows outside of it
-  !> have none either. Rows outside of it that are open by the reduced displacement get no force (release). They keep it in models
-  !> with bodies that only contact holds, with a certificate of their own, or without displacements of the snapshots. The
-  !> multipliers of the domain stay as they are, with one exception: if only contact holds a body, all forces are replaced by the
-  !> nearest ones that balance the loads, or stay if there are none. The coefficients of the combination are in `workspace`
-  !> afterwards.
+  !> Computes the multipliers of all contacts: those of the domain stay as they are, and the others are those of the combination of
+  !> snapshots that fits best. If no row of the domain has a force, the others have none either. Others that are open by the reduced
+  !> displacement get no force (release). They keep it in models with bodies that only contact holds, with a certificate of their
+  !> own, or without displacements of the snapshots or gaps of all contacts. If only contact holds a body, all forces (in a model
+  !> with a certificate of its own, the coefficients of the combination and the forces of the domain) are then replaced by the
+  !> nearest ones that balance the loads, or stay if there are none. The coefficients are in `workspace` afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> the data that prepare was called with
@@ -148,11 +148,14 @@ contains
       call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
 
-  !> Combines the snapshots' forces on all contacts.
+  !> Computes the forces of the combination on all contacts, those of the domain, too: the sum of the snapshots' forces, each times
+  !> its coefficient.
   subroutine combine(self, cluster, coefficients, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
+    !> [-] >= 0, shape (n_snapshots)
     real(rk), intent(in) :: coefficients(:)
+    !> [force] shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)
     integer :: i
 
@@ -162,7 +165,8 @@ contains
     end do
   end subroutine combine
 
-  !> Sets the forces of a combination to zero at contacts that are open according to the reduced displacement.
+  !> Sets the forces of a combination to zero at contacts that are open according to the reduced displacement. It does nothing if
+  !> the model lacks the data for openings (fill_openings).
   !>
   !> A contact with a force l and an opening w > 0 breaks the condition l w = 0. The pairs (l, 0) and (0, w) meet it. In the norm of
   !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. Inside the

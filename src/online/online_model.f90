@@ -28,7 +28,7 @@ contains
 
   !> Completes the model and prepares every part for queries.
   !>
-  !> Errors: message is allocated when a part cannot answer.
+  !> Errors: message is allocated when a part cannot answer; the parts after it are not prepared then.
   subroutine prepare(self, message)
     class(online_model_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -52,9 +52,9 @@ contains
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> number of the training point, 1-based; 0 without training points
+    !> number of the training point, 1-based; 0 without training points, or if all squared distances overflow
     integer, intent(out) :: i_nearest
-    !> [-] distance to it; huge without training points
+    !> [-] distance to it; huge if i_nearest is 0
     real(rk), intent(out) :: distance
     real(rk) :: square
     integer :: i, k
@@ -83,7 +83,7 @@ contains
     real(rk), intent(in) :: point(:)
     !> result of nearest_point
     integer, intent(in) :: i_nearest
-    !> number of the training point, 1-based; 0 if there are fewer than two
+    !> number of the training point, 1-based; 0 if there are fewer than two, or if i_nearest is 0
     integer, intent(out) :: i_opposite
     real(rk) :: along, distance, distance_opposite, square
     integer :: i, i_second, k

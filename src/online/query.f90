@@ -167,8 +167,8 @@ contains
     end if
   end subroutine answer_at
 
-  !> Whether the certificate keeps the limit. Where the model cannot give a certificate, the answer is not refused: the user is told
-  !> that there is none.
+  !> Whether the relative bound is at most max_error; true also without a bound, or if max_error is 0. An answer without a bound is
+  !> not refused: the user is told that it has none.
   pure logical function is_certain(online, answer)
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
@@ -177,7 +177,8 @@ contains
   end function is_certain
 
   !> Bounds the answer's error by the part that answered. If this part cannot, the fallback does it, provided that the model has a
-  !> limit (max_error > 0); otherwise there is no bound. For a bound the forces of all contacts are set.
+  !> limit (max_error > 0); otherwise nothing changes. For a bound the forces of all contacts are set before, and if the fallback
+  !> gives it, the fallback corrects them (correct_forces).
   subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -204,8 +205,8 @@ contains
     end associate
   end subroutine certify
 
-  !> Answers by the fallback; the cluster gives the displacement where the fallback has none. If the fallback has no answer either,
-  !> answer%reason is its reason, and bounds of the cluster's answer stay.
+  !> Answers by the fallback; the cluster gives the displacement if the fallback has none at all. If the fallback has no answer
+  !> either, answer%reason is its reason. Bounds of the cluster's answer stay then, and also if the fallback cannot bound its own.
   subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -313,7 +313,7 @@ contains
     logical, intent(in) :: is_own
     !> room of this part
     class(room_t), intent(inout) :: room
-    !> in: theta; out: bound and relative_bound; in some kinds the bounds of the displacement, too
+    !> in: theta, and unknowns if is_own; out: bound and relative_bound; in some kinds the bounds of the displacement, too
     type(answer_t), intent(inout) :: answer
   end subroutine no_certificate
 

@@ -106,8 +106,7 @@ contains
   end subroutine create_room
 
   !> Solves the complementarity problem of all contacts. The arguments are those of solve_at in sig_reduced; `judge` is not used.
-  !> Without anchors W is symmetric and positive semidefinite. If the loads pull a body off its contacts, reason is
-  !> reason_pulled_off.
+  !> Without an answer the reason is reason_pulled_off if the loads pull a body off its contacts, else that of solve_lcp.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -148,8 +147,8 @@ contains
     end if
   end subroutine start_set
 
-  !> Solves a problem transformed by a principal pivot: the unknowns are the contacts that differ from the reference.
-  !> answer%unknowns are set if answer%reason > 0.
+  !> Solves a problem transformed by a principal pivot, from the active set in room%start: the unknowns are the contacts that differ
+  !> from the reference. answer%unknowns are set if answer%reason > 0.
   subroutine solve_transformed(self, i_reference, theta, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     !> number of the reference, 1-based
@@ -226,7 +225,8 @@ contains
     energy = self%certificate%energy(self, theta, multipliers, opening)
   end function energy
 
-  !> Removes forces on open contacts from `multipliers`, if only contact holds a body; otherwise it does nothing. Requires: prepare.
+  !> If only contact holds a body, removes forces on open contacts from `multipliers` and balances the others (correct of
+  !> sig_condensed_certificate, which says when nothing changes). Otherwise it does nothing. Requires: prepare.
   subroutine correct_forces(self, theta, room, multipliers)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)

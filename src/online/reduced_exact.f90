@@ -54,7 +54,7 @@ contains
     numbers = [(i, i=1, self%n_rows())]
   end function contact_rows
 
-  !> Returns 0: there is no basis that the forces depend on.
+  !> Returns 0: there is no basis that the forces depend on. An interpolated part returns the number of its modes instead.
   pure integer function n_modes(self)
     class(reduced_exact_t), intent(in) :: self
 

@@ -111,8 +111,8 @@ contains
   end subroutine create_room
 
   !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer if some contact
-  !> must touch (reason_blind). If the stiffness depends on the parameters, there are two more reasons without an answer:
-  !> reason_no_material and reason_singular. Arguments: solve_at in sig_reduced.
+  !> must touch (reason_blind). Without a solution the reason is that of solve_lcp or, if the stiffness depends on the
+  !> parameters, reason_no_material or reason_singular. Arguments: solve_at in sig_reduced.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -151,7 +151,7 @@ contains
   end subroutine solve_varying
 
   !> Solves from the active set of the nearest training point; without this set from the rows that penetrate without contact forces.
-  !> If there is an answer, and the set of near%opposite differs, looks for a second solution from that set.
+  !> If there is an answer, and the set of near%opposite is known and differs, looks for a second solution from that set.
   subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     !> system whose response is in the room
@@ -182,8 +182,8 @@ contains
     end associate
   end subroutine solve_from_sets
 
-  !> Looks for a second solution from another active set. The judge decides by the energy of all forces which one is the answer;
-  !> without a judge the first solution stays.
+  !> Looks for a second solution from another active set. If there is one, n_solutions becomes 2, and it is the answer if the judge
+  !> finds a smaller energy of all forces; without a judge the first solution stays.
   !>
   !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces are the minimum
   !> of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, W and q those of all contacts, and
@@ -350,8 +350,8 @@ contains
   end function starts_from_two_sides
 
   !> Sets gamma, the forces of the domain and their status to those under contact forces that another part found at the same point.
-  !> If the forces do not determine the place of a body, its anchors count as closed. gamma is NaN where the reduced stiffness of
-  !> the point is singular. Requires: solve at this point with this room.
+  !> The anchors of this part count as closed, because forces do not determine the place of their bodies. gamma is NaN where the
+  !> reduced stiffness of the point is singular. Requires: solve at this point with this room.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room

@@ -144,7 +144,7 @@ contains
     end select
   end subroutine solve
 
-  !> Bounds the error of the displacement if the forces have no bound; without middle_factor there is no bound. The error of the
+  !> Bounds the error of the displacement without a bound of the forces; without middle_factor there is no bound. The error of the
   !> forces is at most |delta|_{W^-1}, where delta are the errors of the interpolated openings. delta is the sum of rho, the
   !> difference of the openings by modes and the interpolated ones, and of the errors of the openings by modes, whose norm is at
   !> most that of the residual r. So |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of
@@ -244,7 +244,7 @@ contains
     end select
   end subroutine certify
 
-  !> Bounds the error of forces that another part found; with anchors there is no bound.
+  !> Sets bound and relative_bound for forces that another part found (bound_foreign_forces); with anchors nothing changes.
   subroutine certify_foreign(self, multipliers, room, answer)
     type(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -263,8 +263,8 @@ contains
     end select
   end subroutine certify_foreign
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts (interpolated_energy); it
-  !> decides which of two solutions of another part is better. `opening` is a work array.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts (interpolated_energy); huge
+  !> for forces that do not balance the loads on bodies that only contact holds. `opening` is a work array.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)

@@ -123,10 +123,11 @@ contains
     end select
   end subroutine solve
 
-  !> Solves for the changing rows of a cluster, then checks its other rows. reason_outside: one of these has the wrong sign.
+  !> Solves for the changing rows of a cluster, then checks its other rows. reason_outside: one of these has the wrong sign. With an
+  !> answer, row_cluster becomes this cluster.
   subroutine solve_cluster(self, i, theta, room, answer)
     class(reduced_tied_t), intent(in) :: self
-    !> number of the cluster
+    !> number of the cluster, 1-based
     integer, intent(in) :: i
     real(rk), contiguous, intent(in) :: theta(:)
     type(tied_room_t), intent(inout) :: room
@@ -153,7 +154,8 @@ contains
     call answer%take_all_forces()
   end subroutine solve_cluster
 
-  !> Whether the forces of closed rows are not negative, and open rows do not penetrate, except for rounding.
+  !> Whether the forces of closed rows are not negative, and open rows do not penetrate, except for 1e-10 of the largest force or
+  !> opening.
   pure logical function is_inside(cluster, rows)
     type(tied_cluster_t), intent(in) :: cluster
     !> forces of closed rows, openings of the others

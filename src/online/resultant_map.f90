@@ -58,8 +58,8 @@ contains
   end function n_moments
 
   !> Computes for each entry the area of the contacts whose multiplier is larger than rounding (least_force), and the resultant
-  !> force and moment on the first surface. If a multiplier is not a number, the results of its entry are not numbers either. It
-  !> allocates nothing.
+  !> force, and moment about the origin, on the first surface. If a multiplier is not a number, the results of its entry are not
+  !> numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
@@ -88,8 +88,8 @@ contains
     end do
   end subroutine evaluate
 
-  !> Returns the moments [force*length] of the forces on both surfaces of each entry together, shape (n_moments, n_entries): 0 where
-  !> the two surfaces balance, NaN for a model from an older file.
+  !> Returns the moments [force*length], about the origin, of the forces on both surfaces of each entry together, shape (n_moments,
+  !> n_entries): 0 where the two surfaces balance, NaN for a model from an older file.
   pure function imbalances(self, multipliers)
     class(resultant_map_t), intent(in) :: self
     !> [force] shape (n_multipliers)
@@ -160,8 +160,8 @@ contains
       'the same moment of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
-  !> Reads the map from the group /contact, then completes it; all arrays become empty if the file has no map. Errors: a dataset is
-  !> missing, or has another type or rank.
+  !> Reads the map from the group /contact, then completes it (complete); all arrays become empty if the file has no map. Errors: a
+  !> dataset is missing, or has another type or rank.
   subroutine read(self, file, n_dim, error)
     class(resultant_map_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
