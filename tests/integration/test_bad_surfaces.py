@@ -104,8 +104,7 @@ CASES = {
     ),
     "look the same way": (
         blocks(), ["first: lower_face, second: top, direction: [0, 1]"], (8, FIRST),
-        r"contact\[1\]: the surfaces 'lower_face' and 'top' do not face .*: the outer sides of both point in the same "
-        "direction",
+        r"contact\[1\]: the surfaces 'lower_face' and 'top' do not face .*: the outer side of one of them points away",
         "'lower_face' lies within",
     ),
     "reversed direction": (
