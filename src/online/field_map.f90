@@ -122,9 +122,9 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Computes the contact fields from self%displacement and the multipliers: the opening of each row, contact force, contact
-  !> pressure, gap and status of each node, and the status of each cell. It also copies the multipliers. Requires:
-  !> take_displacement.
+  !> Computes the contact fields from self%displacement and the multipliers: the opening of each row; the force of the other body on
+  !> each node, its contact pressure, gap and status (nodal_contact); and the status of each cell (cell_contact). It also copies
+  !> the multipliers. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -167,6 +167,7 @@ contains
     type(strain_map_t), intent(in) :: rows
     !> result of laws
     real(rk), intent(in) :: of_materials(:, :, :)
+    !> values of the map's terms, which imposed strains are linear in
     real(rk), intent(in) :: theta(:)
     !> [length] shape (n_dim, n_nodes)
     real(rk), intent(in) :: displacement(:, :)

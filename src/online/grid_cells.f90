@@ -26,7 +26,7 @@ module sig_grid_cells
 
 contains
 
-  !> Returns the number of cells along each parameter.
+  !> Returns the number of cells along each parameter, at least 1.
   pure function n_layers(self) result(counts)
     class(grid_cells_t), intent(in) :: self
     integer :: counts(size(self%n_values))

@@ -213,8 +213,8 @@ contains
     end do
   end subroutine fill_openings
 
-  !> Adds the openings that a displacement field causes: its normal displacements on the second surface minus those on the first
-  !> one.
+  !> Adds the openings that `factor` times a displacement field causes: its normal displacements on the second surface minus those
+  !> on the first one.
   pure subroutine add_opening(factor, field, opening)
     real(rk), intent(in) :: factor
     !> [length] first surface, then second surface, shape (2 n_multipliers)

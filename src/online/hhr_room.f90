@@ -76,8 +76,8 @@ contains
     call system%coordinates(room%response, room%held_forces, answer%coordinates)
   end subroutine take
 
-  !> Negates the entries of the anchors, and so converts `contact is closed` to `unknown is not zero` or back, because the unknown
-  !> of an anchor is its opening. It uses no temporary array.
+  !> Negates the entries of the anchors in `is_closed`, and so converts `contact is closed` to `unknown is not zero` or back,
+  !> because the unknown of an anchor is its opening. It uses no temporary array.
   pure subroutine swap_roles(anchors, is_closed)
     !> rows that are anchors, 1-based
     integer, intent(in) :: anchors(:)

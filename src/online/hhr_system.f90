@@ -241,7 +241,7 @@ contains
     end associate
   end subroutine assemble
 
-  !> Computes F [force] of the reduced equations.
+  !> Computes F [force] of the reduced equations in `load`, shape (n_modes), without springs on the anchors.
   subroutine load_at(cluster, theta, lifting_load, load)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), contiguous, intent(in) :: theta(:)

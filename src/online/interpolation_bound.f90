@@ -102,7 +102,7 @@ contains
   !> Returns p(c) [-]. For a Poisson's ratio c it is (1 + c)(1 - 2 c), in plane stress (1 + c)(1 - c): p times the stiffness of a
   !> material with Young's modulus 1 is affine in c. For a ratio of moduli p = 1.
   pure real(rk) function stiffness_factor(constant, is_ratio_of_moduli, is_thin) result(factor)
-    !> [-] c
+    !> [-] c; the next two: as for evaluate
     real(rk), intent(in) :: constant
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_thin
@@ -119,6 +119,7 @@ contains
     !> [-] c and c_0
     real(rk), intent(in) :: constant
     real(rk), intent(in) :: place
+    !> this and the next: as for evaluate
     logical, intent(in) :: is_ratio_of_moduli
     logical, intent(in) :: is_thin
     real(rk) :: ratios(2)

@@ -215,7 +215,7 @@ contains
   end function describe
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts; huge for forces that do not
-  !> balance the loads on bodies that only contact holds. `opening` is a work array. Requires: prepare.
+  !> balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced. Requires: prepare.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -226,7 +226,8 @@ contains
   end function energy
 
   !> If only contact holds a body, removes forces on open contacts from `multipliers` and balances the others (correct of
-  !> sig_condensed_certificate, which says when nothing changes). Otherwise it does nothing. Requires: prepare.
+  !> sig_condensed_certificate, which says when nothing changes). Otherwise it does nothing. Arguments: nothing_to_correct in
+  !> sig_reduced. Requires: prepare.
   subroutine correct_forces(self, theta, room, multipliers)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -248,7 +249,7 @@ contains
   end function can_certify
 
   !> Sets bound and relative_bound of the answer: bounds of the error of `multipliers`, whichever part found them
-  !> (sig_condensed_certificate). Requires: can_certify.
+  !> (sig_condensed_certificate). Arguments: no_certificate in sig_reduced. Requires: can_certify.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -210,7 +210,8 @@ contains
     answer%n_solutions = 2
   end subroutine look_for_other
 
-  !> Returns the energy E [force*length] of the forces of all contacts; those outside of the domain are reconstructed.
+  !> Returns the energy E [force*length] of a solution by the judge, with the forces of all contacts; those outside of the domain
+  !> are reconstructed.
   real(rk) function force_energy(self, system, theta, judge, solution, room) result(energy)
     class(reduced_hhr_t), intent(in) :: self
     type(hhr_system_t), intent(in) :: system
@@ -378,8 +379,8 @@ contains
     can_certify = self%certificate%is_there
   end function can_certify
 
-  !> Bounds the error of the part's own answer; forces that another part found get no bound. Requires: can_certify, and that the
-  !> last call of fill_multipliers with this room was for this answer.
+  !> Bounds the error of the part's own answer; forces that another part found get no bound. Arguments: no_certificate in
+  !> sig_reduced. Requires: can_certify, and that the last call of fill_multipliers with this room was for this answer.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

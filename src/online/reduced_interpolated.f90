@@ -220,7 +220,8 @@ contains
   !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
   !> was solved except for rounding; a model with modes bounds the displacement, too. With u(lambda_r) the displacement under these
   !> forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, and the last part equals the error of the forces, |lambda_r
-  !> - lambda|_W. Forces that another part found get no bound if there are anchors. Requires: can_certify.
+  !> - lambda|_W. Forces that another part found get no bound if there are anchors. Arguments: no_certificate in sig_reduced.
+  !> Requires: can_certify; for own forces, that solve with this room found them last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -245,6 +246,7 @@ contains
   end subroutine certify
 
   !> Sets bound and relative_bound for forces that another part found (bound_foreign_forces); with anchors nothing changes.
+  !> Arguments: no_certificate in sig_reduced.
   subroutine certify_foreign(self, multipliers, room, answer)
     type(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -264,7 +266,7 @@ contains
   end subroutine certify_foreign
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts (interpolated_energy); huge
-  !> for forces that do not balance the loads on bodies that only contact holds. `opening` is a work array.
+  !> for forces that do not balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
