@@ -163,12 +163,14 @@ contains
       change_in_row(self, size(body%own), i, body%contact_field, forces, force_change)
   end function displacement_of
 
-  !> Returns the change of one row of (loaded / s + prescribed) theta.
+  !> Returns the change of one row of (loaded / s + prescribed) theta(:n_driving_terms), with theta and its change from `self`.
   pure real(rk) function change_of_row(self, n, row, loaded, prescribed) result(change)
     type(body_derivative_t), intent(in) :: self
     !> number of rows of the matrices
     integer, intent(in) :: n
+    !> 1-based
     integer, intent(in) :: row
+    !> each matrix at the nodes, column by column; shape (n * n_driving_terms, n_nodes)
     real(rk), intent(in) :: loaded(:, :)
     real(rk), intent(in) :: prescribed(:, :)
 
@@ -178,7 +180,7 @@ contains
     end associate
   end function change_of_row
 
-  !> Returns the change of one row of (1/s) M x.
+  !> Returns the change of one row of (1/s) M x, where x changes by x_change. Other arguments: sum_of_row of sig_body_response.
   pure real(rk) function change_in_row(self, n, row, columns, x, x_change) result(change)
     type(body_derivative_t), intent(in) :: self
     integer, intent(in) :: n

@@ -38,8 +38,8 @@ contains
     changes = place_change(n_lifted + 1:)
   end subroutine differentiate_modes
 
-  !> Returns dk_q [-]. Moduli are proportional to Young's modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu),
-  !> d ln(G)/d nu = -1/(1 + nu).
+  !> Returns dk_q [-], the changes of part_ratios, to first order, for a change of the terms. Moduli are proportional to Young's
+  !> modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu), d ln(G)/d nu = -1/(1 + nu).
   pure function part_ratio_changes(modes, theta, theta_change) result(changes)
     type(body_modes_t), intent(in) :: modes
     real(rk), intent(in) :: theta(:)

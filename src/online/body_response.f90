@@ -225,7 +225,8 @@ contains
       sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta. Other arguments: sum_of_row.
+  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta. loaded and prescribed are given as
+  !> `columns` of sum_of_row, and the other arguments are those of sum_of_row.
   pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n

@@ -25,7 +25,8 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
-    !> in: direction, is_one_sided and theta; out: the other derivatives
+    !> in: direction, is_one_sided and theta; out: the other derivatives; is_one_sided becomes true for more parameters where a
+    !> contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
     real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
@@ -61,7 +62,7 @@ contains
     real(rk), contiguous, intent(in) :: theta_change(:)
     !> [length] coordinates at the point, shape (n_modes)
     real(rk), intent(in) :: coordinates(:)
-    !> [force] change of z, shape (n_multipliers)
+    !> [force] change of z, shape (n_multipliers); values on anchors do not count
     real(rk), intent(in) :: unknown_change(:)
     !> [length] shape (n_modes)
     real(rk), intent(out) :: changes(:)

@@ -323,7 +323,8 @@ contains
     class(reduced_t), intent(in) :: self
     !> answer of this part
     type(answer_t), intent(in) :: answer
-    !> in: direction, is_one_sided and theta, the derivatives of the terms; out: multipliers and the data for displacement_changes
+    !> in: direction, is_one_sided and theta, the derivatives of the terms; out: multipliers, n_grazing and the data for
+    !> displacement_changes; is_one_sided becomes true for more parameters where a contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
 

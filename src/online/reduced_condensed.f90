@@ -130,8 +130,9 @@ contains
     end select
   end subroutine solve
 
-  !> Chooses the active set to start from: that of the nearest training point. If there is none, these are the contacts that
-  !> penetrate without contact forces or, in a problem with anchors, all contacts, so that they hold the bodies.
+  !> Sets room%start, the active set to start from: that of the nearest training point. If the model keeps none, it is the contacts
+  !> that penetrate without contact forces or, in a problem with anchors, all contacts, so that they hold the bodies. Requires:
+  !> room%free_opening is set.
   subroutine start_set(data, near, room)
     class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near

@@ -111,8 +111,8 @@ contains
   end subroutine create_room
 
   !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer if some contact
-  !> must touch (reason_blind). Without a solution the reason is that of solve_lcp or, if the stiffness depends on the
-  !> parameters, reason_no_material or reason_singular. Arguments: solve_at in sig_reduced.
+  !> must touch (reason_blind, from is_blind). Without a solution the reason is that of solve_lcp or, if the stiffness depends on
+  !> the parameters, reason_no_material or reason_singular. Arguments: solve_at in sig_reduced.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)

@@ -196,9 +196,9 @@ contains
     n_modes = n_modes_of(self)
   end function n_modes
 
-  !> Returns the rounding error [-] that bounds allow for, relative to the size of the answer. If the responses of all bodies are
-  !> exact, the error that was measured at the training points is rounding, and it counts where it is larger than least_rounding:
-  !> a body that few contacts hold loses digits.
+  !> Returns the rounding error [-] that bounds allow for, relative to the size of the answer: least_rounding (1e-10). If the
+  !> responses of all bodies are exact, the error that was measured at the training points is rounding, too, and the larger number
+  !> counts: a body that few contacts hold loses digits.
   pure real(rk) function rounding(self)
     class(reduced_interpolated_t), intent(in) :: self
     integer :: i

@@ -57,9 +57,9 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Computes for each entry the area of the contacts whose multiplier is larger than rounding (least_force), and the resultant
-  !> force, and moment about the origin, on the first surface. If a multiplier is not a number, the results of its entry are not
-  !> numbers either. It allocates nothing.
+  !> Computes for each entry the area of the contacts whose multiplier is larger than rounding (least_force: 1e-12 of the largest),
+  !> and the resultant force, and moment about the origin, on the first surface. If a multiplier is not a number, the results of its
+  !> entry are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
