@@ -16,7 +16,8 @@ module sig_interpolated_derivative
 contains
 
   !> Computes the derivatives of unknowns, multipliers, moves of the anchors (sig_interpolated_data), and coordinates of modes with
-  !> respect to each parameter. If is_singular is true, the contact forces are not unique, and there is no derivative.
+  !> respect to each parameter. There is no derivative if is_singular is true: the contact forces are not unique, or the problem of
+  !> the contacts that graze has no solution (differentiate_lcp).
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)

@@ -86,7 +86,7 @@ contains
   !> the part that answered is not exact, the answer of the fallback at the point, if there is one.
   !>
   !> Errors: message is allocated when a term jumps or has no value next to the point, when the part has no derivatives, or when the
-  !> contact forces are not unique.
+  !> contact forces are not unique or the problem of the contacts that graze has no solution (differentiate_lcp).
   subroutine differentiate(self, online, point, answer, direction, gradient, message)
     class(query_t), intent(inout) :: self
     !> the model that create was called with

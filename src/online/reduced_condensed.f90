@@ -265,7 +265,8 @@ contains
   end subroutine certify
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
-  !> the contact forces are not unique. Arguments: no_derivative in sig_reduced.
+  !> the contact forces are not unique, or the problem of the contacts that graze has no solution (differentiate_lcp). Arguments:
+  !> no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -319,7 +319,8 @@ contains
   end function describe
 
   !> Computes the derivatives of the answer with respect to each parameter (differentiate_interpolated). Errors: message is
-  !> allocated if the contact forces are not unique. Arguments: no_derivative in sig_reduced.
+  !> allocated if the contact forces are not unique, or the problem of the contacts that graze has no solution. Arguments:
+  !> no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -207,7 +207,8 @@ contains
 
   !> Computes the derivatives of the multipliers with respect to each parameter. Those of the changing rows are solved for, those of
   !> the closed rows follow from them, and open rows stay without force. Errors: message is allocated if the contact forces are not
-  !> unique. Requires: an answer of this part. Arguments: no_derivative in sig_reduced.
+  !> unique, or the problem of the contacts that graze has no solution. Requires: an answer of this part. Arguments: no_derivative
+  !> in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
