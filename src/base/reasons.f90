@@ -71,7 +71,7 @@ contains
     case (reason_converged)
       text = 'converged'
     case (reason_max_iterations)
-      text = 'the active set still changed after the largest allowed number of iterations'
+      text = 'the solver did not converge within solver.max_iterations steps'
     case (reason_linear_solver)
       text = 'the linear solver failed'
     case (reason_floating_body)
