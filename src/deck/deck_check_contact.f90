@@ -39,7 +39,7 @@ contains
       end if
       call check_direction(tree, path // '.direction', entry%direction, mechanical_model(config%mesh%model))
       if (entry%pairing_tolerance <= 0 .or. entry%pairing_tolerance > 0.5_rk) call tree%report_at(path // '.pairing_tolerance', &
-        'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size)')
+        'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size of first)')
       if (entry%has_search_distance .and. entry%search_distance <= 0) call tree%report_at(path // '.search_distance', &
         'is ' // to_text(entry%search_distance) // '; it must be greater than 0')
       if (entry%has_initial_gap) call check_field(tree, path // '.initial_gap', config%parameters, entry%initial_gap)

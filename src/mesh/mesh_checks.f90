@@ -130,7 +130,7 @@ contains
     nodes = pack(all_nodes, is_inside)
     if (size(nodes) == 0) call make_error(error, 'no node of ''' // zone%boundary%text // ''' lies in the window of ' // &
       'this entry of reduction.zones_of_interest', deck_path, zone%boundary%line, zone%boundary%column, &
-      hint='take a larger window, or none for the whole boundary')
+      hint='take a larger window, or leave the window out')
   end subroutine nodes_of_zone
 
   !> Finds the index in mesh%groups of a named surface, a group of facets; 0 on an error. Errors: as nodes_of_boundary, and a name

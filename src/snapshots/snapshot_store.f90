@@ -285,7 +285,7 @@ contains
       call make_error(error, 'the snapshots are damaged: the datasets do not fit together', file=path, hint=sample_again)
     else if (.not. all(ieee_is_finite(set%parameters))) then
       ! points are looked for later, and such a point would not be found
-      call make_error(error, 'the snapshots are damaged: a point contains infinite values or values that are not numbers', &
+      call make_error(error, 'the snapshots are damaged: a parameter of a point is infinite or not a number', &
         file=path, hint=sample_again)
     end if
   end subroutine read_small_parts

@@ -226,7 +226,7 @@ def test_any_number_of_a_model_may_be_wrong(library, model, tmp_path):
         (put_sparse("displacement", (2**28, 2**28)), "claims more values"),
         (put_link("displacement", h5py.ExternalLink("other.h5", "/secret")), "is a link"),
         (replace("multipliers", data=np.ones((21, 3))), "their sizes differ"),
-        (put("parameters", np.nan), "contains infinite values or values that are not numbers"),
+        (put("parameters", np.nan), "a parameter of a point is infinite or not a number"),
     ],
     ids=["sparse", "link", "sizes", "point"],
 )

@@ -283,7 +283,7 @@ contains
         counted(size(constants(i)%numerators), 'constant')
     end do
     associate (reduction => problem%deck%reduction)
-      call make_error(error, 'the contact forces at the training points have errors of up to ' // &
+      call make_error(error, 'the contact forces at the training points have relative errors of up to ' // &
         short_number(data%measured_error) // ' after ' // counted(data%n_factorizations, 'factorization') // &
         '; reduction.stiffness_tolerance is ' // to_text(reduction%stiffness_tolerance) // bodies, problem%deck%path, &
         hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &

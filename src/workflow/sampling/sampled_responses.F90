@@ -195,7 +195,8 @@ contains
     allocate (set%displacement(0, size(self%is_solved)))
     solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
     if (solved%n_snapshots() < size(self%is_solved)) then
-      call log_warning('one of the first points did not converge, so each point will be solved with its own stiffness')
+      call log_warning('one of the points that are solved first did not converge, so each point will be solved with its own ' // &
+        'stiffness')
       return
     end if
     call joined%create(problem, self%constants)

@@ -178,7 +178,7 @@ contains
         n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
-        ', because a run was killed; these points are solved again')
+        ', as a killed run leaves it; these points are solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)
@@ -313,8 +313,8 @@ contains
       allocate (response(n_stored, 0))
     else if (team%groups%i_group == 1) then
       PetscCall(team%solver%lifting(problem, response, reason, ierr))
-      if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values: ' // &
-        reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
+      if (reason /= reason_converged) call make_error(error, 'no elastic response to the prescribed values and ' // &
+        'imposed strains: ' // reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
     if (team%groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, store, points, fresh, response, error)
