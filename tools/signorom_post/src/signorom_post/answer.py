@@ -29,7 +29,7 @@ def pressure_of(multipliers: FloatArray, areas: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class Parameter:
-    """A parameter and the range in which the model was trained."""
+    """A parameter and the range in which the model was trained, in the unit of the deck (empty if it has none)."""
 
     name: str
     unit: str
@@ -39,14 +39,18 @@ class Parameter:
 
 @dataclass(frozen=True)
 class ContactNodes:
-    """The nodes of one side of all contacts; those of contact i are the entries starts[i] to starts[i + 1] - 1."""
+    """The nodes of one side of all contacts.
 
-    #: first entry of each contact, shape (n_contacts + 1)
+    Those of contact i, from 0, are the entries starts[i] to starts[i + 1] - 1 of the other three arrays.
+    """
+
+    #: first entry of each contact, from 0, and the number of all entries at the end; shape (n_contacts + 1)
     starts: IntArray
     #: numbers of the nodes in the mesh file. On the first side, the node that carries the contact's force comes first.
     #: A contact with a rigid obstacle has no nodes on the second side
     tags: IntArray
-    #: share of the contact's force on each node, same shape as `tags`
+    #: share of the contact's force on each node, same shape as `tags`. The shares of a contact on one side sum up to 1
+    #: and may be negative
     weights: FloatArray
     #: coordinates of the nodes [length unit of the model], shape (len(tags), n_dimensions)
     coordinates: FloatArray
@@ -54,15 +58,17 @@ class ContactNodes:
 
 @dataclass(frozen=True)
 class Resultants:
-    """Contact area, resultant force and moment on each entry of the deck's section `contact`.
+    """Contact area, resultant force and moment of each entry of the deck's section `contact`.
 
-    The arrays of many answers have one more dimension in front, for the points. Units are those of the model. An area
-    has the unit of a length in plane models, and else of a length squared.
+    The arrays are empty if an earlier version wrote the model file. The arrays of many answers have one more dimension
+    in front, for the points. Units are those of the model. An area has the unit of a length in plane models, and else
+    of a length squared.
     """
 
-    #: area of the closed contacts, shape (n_entries)
+    #: area of the contacts that carry a force, shape (n_entries)
     areas: FloatArray
-    #: resultant force on the first surface, shape (n_entries, n_dimensions); in axisymmetry the sums of F_r and F_z
+    #: resultant force on the first surface of the entry, shape (n_entries, n_dimensions); in axisymmetry the sums of
+    #: F_r and F_z
     forces: FloatArray
     #: moment of the forces about the origin on the undeformed mesh. Shape (n_entries, 3) in space. In plane and
     #: axisymmetric models (n_entries, 1), which is x F_y - y F_x or r F_z - z F_r
@@ -83,10 +89,11 @@ class Cells:
     #: region of each cell as an index of `region_names`, -1 if it has none; shape (n_cells)
     regions: IntArray
     region_names: list[str]
-    #: facets of the surfaces with the contact forces, in the same form as the cells, and the number of the contact of
-    #: the deck to which each facet belongs, from 0; shape (n_facets)
+    #: facets of the surfaces that carry the contact forces: the nodes of facet i are
+    #: facet_nodes[facet_starts[i]:facet_starts[i + 1]]
     facet_starts: IntArray
     facet_nodes: IntArray
+    #: number of the contact of the deck to which each facet belongs, from 0; shape (n_facets)
     facet_contacts: IntArray
 
 
@@ -100,7 +107,7 @@ class Fields:
 
     #: values of the parameters
     point: dict[str, float]
-    #: shape (n_nodes, n_dimensions)
+    #: displacement, NaN at nodes without one; shape (n_nodes, n_dimensions)
     displacement: FloatArray
     #: stress and von Mises stress, means of the cells, shapes (n_cells, 6) and (n_cells)
     stress: FloatArray
@@ -114,13 +121,13 @@ class Fields:
     contact_force: FloatArray
     #: contact pressure at each node, 0 at nodes without a contact, shape (n_nodes)
     contact_pressure: FloatArray
-    #: gap at each node, NaN at nodes without a contact, shape (n_nodes)
+    #: gap that is left after the displacement, NaN at nodes without a contact, shape (n_nodes)
     gap: FloatArray
     #: status of each node: 0 no contact, 1 open, 2 closed; shape (n_nodes)
     status: IntArray
     #: status of each cell: 0 no contact at its nodes, 1 open, 2 closed, 3 closed at some nodes; shape (n_cells)
     contact_status: IntArray
-    #: area of the closed contacts in each contact of the deck, shape (n_entries)
+    #: Resultants.areas of this answer, shape (n_entries)
     contact_area: FloatArray
     #: name of a field -> its unit
     units: dict[str, str]
@@ -142,13 +149,14 @@ class Gradient:
     forces: FloatArray
     #: derivatives of the resultant moments, shape (n_parameters, n_entries, n_moments)
     moments: FloatArray
-    #: derivatives of the displacement of the nodes that the query asked for, NaN at nodes without a displacement; shape
+    #: derivatives of the displacement of the nodes that the query asked for (default: all), NaN at nodes without a
+    #: displacement, and at all nodes if the model has no derivative of the displacement of one of the others; shape
     #: (n_parameters, n_nodes, n_dimensions)
     displacement: FloatArray
     #: whether the derivatives towards larger and smaller values of a parameter differ. This happens where a contact
     #: touches without a force, or where an expression of the deck has a kink; shape (n_parameters)
     is_one_sided: BoolArray
-    #: number of contacts that touch without a force (grazing contacts)
+    #: number of contacts that touch without a force (grazing contacts) at the point
     n_grazing: int
 
 
@@ -162,18 +170,21 @@ class Answer:
     multipliers: FloatArray
     #: contact area, resultant force and moment of each contact of the deck
     resultants: Resultants
-    #: force of each contact in the reduced integration domain of the cluster that answered, shape (n_domain_contacts)
+    #: force of each contact in the reduced integration domain of the local model `cluster`, shape (n_domain_contacts);
+    #: of each contact if the model is not hyper-reduced
     domain_multipliers: FloatArray
     #: numbers of these contacts, from 0, shape (n_domain_contacts)
     domain_contacts: IntArray
     #: displacement of all nodes, or of the nodes that the query asked for [length unit of the model], NaN at nodes
     #: without a displacement; shape (n_nodes, n_dimensions)
     displacement: FloatArray
-    #: reduced coordinates, shape (n_modes)
+    #: reduced coordinates of the local model `cluster` [length unit of the model], shape (n_modes), which may be (0);
+    #: NaN if the full-order operator answered and they do not exist
     coordinates: FloatArray
     #: solver that answered: active_set, block_pivoting, lemke, or condensed, which is the full-order operator
     method: str
-    #: number of the local model that answered, from 0
+    #: number of the local model that was chosen, from 0. If `method` is condensed, a hyper-reduced model has answered
+    #: by its full-order operator in place of this local model
     cluster: int
     #: number of the local model that is second in the choice, from 0; None if there is only one
     next_cluster: int | None
@@ -183,20 +194,20 @@ class Answer:
     is_inside_box: bool
     #: distance to the nearest training point, with all parameters scaled so that the box has sides of length 1
     distance: float
-    #: largest relative violation of the contact conditions of the reduced problem. It shows rounding errors of the
-    #: solver, not the error of the model
+    #: largest relative violation of the contact conditions of the problem that was solved. It shows rounding errors of
+    #: the solver, not the error of the model
     residual: float
     #: number of different solutions of the reduced problem that two starts of the solver found. 2 means that the
     #: solution is not unique, so that the forces are less reliable
     n_solutions: int
     #: certificate: upper bound of the error of the contact forces in the energy norm [sqrt(force * length)]; None if
-    #: the model cannot give one
+    #: the model cannot give one, 1.8e308 (the largest number) if the error may be of any size
     bound: float | None
     #: `bound` over the size of the forces, which counts as at least a thousandth of the largest size in training. If it
     #: is at most 1e-12, the forces are exact
     relative_bound: float | None
     #: certificate: upper bound of the error of the displacement in the norm of the stiffness [sqrt(force * length)],
-    #: without rigid motions of bodies that only contact holds; None if the model cannot give one
+    #: without rigid motions of bodies that only contact holds; None if the model cannot give one, 1.8e308 as in `bound`
     displacement_bound: float | None
     #: `displacement_bound` over the size of the displacement, which counts as at least a thousandth of the largest size
     #: in training
@@ -209,15 +220,15 @@ class Answer:
     def gradient(self) -> Gradient:
         """Derivatives with respect to the parameters; if they are one-sided, those towards larger values.
 
-        A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if the model has no such
-        operator, or if a load jumps at the point. The derivatives are computed at the first access, so the model must
-        still be open then.
+        A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if it has no such
+        operator, if a load or an expression of the deck jumps at the point or has no value beside it, or if the contact
+        forces are not unique. The derivatives are computed at the first access; ValueError if the model is closed then.
         """
         return self._differentiate(1)
 
     @cached_property
     def backward_gradient(self) -> Gradient:
-        """Derivatives like `gradient`; if they are one-sided, those towards smaller values."""
+        """Derivatives and errors as in `gradient`; if the derivatives are one-sided, those towards smaller values."""
         return self._differentiate(-1)
 
     @cached_property

@@ -22,22 +22,23 @@ class Answers:
     has_answer: BoolArray
     #: force of each contact [force unit of the model], shape (n_points, n_contacts)
     multipliers: FloatArray
-    #: contact area, resultant force and moment of each contact of the deck, with a row per point
+    #: contact area, resultant force and moment of each contact of the deck; the first dimension of the arrays is
+    #: n_points
     resultants: Resultants
-    #: displacement of the nodes that the query asked for [length unit of the model], NaN at nodes without a
-    #: displacement; shape (n_points, n_nodes, n_dimensions)
+    #: displacement of the nodes that the query asked for (default: none) [length unit of the model], NaN at nodes
+    #: without a displacement; shape (n_points, n_nodes, n_dimensions)
     displacement: FloatArray
     #: solver that answered: active_set, block_pivoting, lemke, condensed, or none if there is no answer. This array and
     #: all that follow have the shape (n_points)
     method: TextArray
-    #: number of the local model that was asked, from 0
+    #: number of the local model that was chosen, from 0, as in Answer
     cluster: IntArray
     #: whether the point lies in the trained box; outside of it, the answer is an extrapolation
     is_inside_box: BoolArray
     #: distance to the nearest training point, with all parameters scaled so that the box has sides of length 1
     distance: FloatArray
-    #: largest relative violation of the contact conditions of the reduced problem. It shows rounding errors of the
-    #: solver, not the error of the model
+    #: largest relative violation of the contact conditions of the problem that was solved. It shows rounding errors of
+    #: the solver, not the error of the model
     residual: FloatArray
     #: number of different solutions of the reduced problem that two starts of the solver found; 0 without an answer
     n_solutions: IntArray

@@ -26,7 +26,7 @@ class Quantity:
 def as_number(value: Any) -> float | None:
     """Returns a YAML value as a number; None if it is true, false or no number.
 
-    A text such as `1e8`, which is no number in YAML 1.1, counts as a number.
+    A text that Python's `float` converts counts as a number, for instance `1e8`, which is no number in YAML 1.1.
     """
     if isinstance(value, bool):
         return None
@@ -46,7 +46,10 @@ def format_number(value: float) -> str:
 
 
 def power_of_ten(value: float) -> str:
-    """Returns a positive number with two digits in matplotlib's mathtext, such as 10^{-8} or 2.5 x 10^{-8}."""
+    """Returns the text of a positive number with two digits in matplotlib's mathtext, dollar signs included.
+
+    It shows 2.5 x 10^-8, or only 10^-8 if the digits are 1.0.
+    """
     mantissa, exponent = f"{value:.1e}".split("e")
     power = f"10^{{{int(exponent)}}}"
     return f"${power}$" if mantissa == "1.0" else rf"${mantissa}\times{power}$"

@@ -16,7 +16,8 @@ FORMATS = ("png", "pdf", "svg")
 def write_pictures(check: CheckFile, output: Path, file_format: str) -> Iterator[Path]:
     """Writes a picture of the bodies with supports and loads, then one of each contact; yields the path of each.
 
-    The pictures are in the folder `output`, which must exist. OSError if a file cannot be written.
+    The pictures are in the folder `output`, which must exist. `file_format` is one of FORMATS: png, pdf, svg. OSError
+    if a file cannot be written.
     """
     with styled():
         path = output / f"check_bodies.{file_format}"

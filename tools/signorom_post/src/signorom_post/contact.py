@@ -10,17 +10,17 @@ from signorom_post.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class ContactSide:
-    """The nodes of one side of all contact rows; those of row i are `nodes[starts[i] : starts[i + 1]]`."""
+    """The nodes of one side of all contact rows; those of row i are `nodes[starts[i] : starts[i + 1]]`, i from 0."""
 
-    #: first entry of each row, shape (n_rows + 1)
+    #: first entry of each row, from 0, and the number of all entries at the end; shape (n_rows + 1)
     starts: IntArray
     #: nodes, from 0; on the first side, the node that carries the row's force comes first
     nodes: IntArray
-    #: share of the row's force on each node, same shape as `nodes`
+    #: share of the row's force on each node, same shape as `nodes`; the shares of a row sum up to 1
     weights: FloatArray
 
     def of(self, row: int) -> IntArray:
-        """Returns the nodes of a row on this side; the second side of a rigid obstacle has none."""
+        """Returns the nodes of a row, which counts from 0, on this side; the second side of an obstacle has none."""
         return self.nodes[self.starts[row] : self.starts[row + 1]]
 
 
@@ -40,11 +40,11 @@ class Contact:
 
     @property
     def owners(self) -> IntArray:
-        """Node that carries the force of each row (its owner), shape (n_rows)."""
+        """Node, from 0, that carries the force of each row (its owner), shape (n_rows)."""
         return self.first.nodes[self.first.starts[:-1]]
 
     def nodes_of(self, rows: IntArray | None = None) -> IntArray:
-        """Returns the nodes of some rows, or of all: those of the first side, then those of the second, each once."""
+        """Returns the nodes of rows (default: all): those of the first side, then those of the second, each once."""
         chosen = range(self.n_rows) if rows is None else rows
         nodes = [side.of(row) for side in (self.first, self.second) for row in chosen]
         return np.array(list(dict.fromkeys(np.concatenate(nodes))) if nodes else [], dtype=np.int64)

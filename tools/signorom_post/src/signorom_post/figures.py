@@ -35,7 +35,7 @@ class FigureOptions:
 
     #: point of the figure `initial_and_deformed`: its number, from 1, or its label; None: the middle one of the file
     point: str | None = None
-    #: field that gives the colors of the figure `initial_and_deformed`: one of COLORS
+    #: what gives the colors of the figure `initial_and_deformed`: `displacement` or `contact` (the contact pressure)
     color: str = "displacement"
     #: names of the figures to draw; None: all
     only: tuple[str, ...] | None = None
@@ -43,14 +43,15 @@ class FigureOptions:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of one figure: written or left out."""
+    """The outcome of one file of a figure, or of a figure that was left out."""
 
+    #: name of the figure, a key of BUILDERS
     name: str
     #: file that was written; None if the figure was left out
     path: Path | None
     #: why the figure was left out
     reason: str = ""
-    #: whether it was left out because a file is damaged or not of the right kind, not just missing
+    #: whether it was left out because a file is there, but cannot be used or does not have the chosen point
     is_failure: bool = False
 
 
@@ -59,7 +60,9 @@ def write_figures(
 ) -> Iterator[Outcome]:
     """Writes the chosen figures into the folder `output`, which must exist, and yields the outcome of each file.
 
-    A figure that cannot be drawn is left out, and the next one follows. OSError if a file cannot be written.
+    A figure that cannot be drawn gives one outcome without a path, and the next figure follows. A figure that such a
+    model never has, as `clusters` of a model with one, gives no outcome, unless `options.only` names it. OSError if a
+    file cannot be written.
     """
     for name, build in BUILDERS.items():
         if options.only is not None and name not in options.only:
@@ -88,8 +91,9 @@ def follow_figures(
 
 
 def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
-    """Returns the point of the field file with this number (from 1) or label; the middle one if `wanted` is None.
+    """Returns the point of the field file with the number (from 1) or, if there is none, the label `wanted`.
 
+    If `wanted` is None, it returns the middle point; of an even number of points, the second one in the middle.
     NotDrawableError if the file has no points, InputError if it does not have this point.
     """
     if not fields.points:
@@ -119,7 +123,7 @@ def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[
 
 
 def _axis_names(results: Results) -> tuple[str, str]:
-    """Returns the names of the axes from the model or, if there is no model, from the report."""
+    """Returns the names of the axes from the model or, if there is no model, from the report; else x and y."""
     if results.model_if_present is not None:
         return results.model.axis_names
     try:

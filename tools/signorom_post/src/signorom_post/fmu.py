@@ -49,10 +49,11 @@ class Output:
 def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
     """Writes the FMU `output` of a model whose file is `path`.
 
-    Its outputs are the resultants of each contact, the displacements of the nodes `tags` (numbers of the mesh file),
-    the bound of the error if the model has one, and is_inside_box. InputError if a node is unknown or has no
-    displacement, or if a library that the FMU needs is missing. NoAnswerError if the model has no answer in the middle
-    of its box. OSError if the file cannot be written.
+    Its outputs are area, force and moment of each contact of the deck, the displacements of the nodes `tags` (numbers
+    of the mesh file), the relative bound of the error of the contact forces if the model gives one in the middle of its
+    box, and is_inside_box. InputError if a node is unknown, is named twice or has no displacement, or if a library that
+    the FMU needs is missing. NoAnswerError if the model has no answer in the middle of its box. OSError if the model
+    file cannot be read or the FMU cannot be written.
     """
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
@@ -75,8 +76,8 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
 def identifier(text: str) -> str:
     """Returns a valid name for C and FMI from a text: ASCII letters, digits and underscores; it starts with a letter.
 
-    Other characters become underscores. The text is cut to 60 characters; if it does not start with a letter then, `m_`
-    comes before it, and an empty text gives `m`.
+    Each run of other characters becomes one underscore, and underscores at both ends are removed. The text is cut to 60
+    characters; if it does not start with a letter then, `m_` comes before it. If nothing is left, the name is `m`.
     """
     word = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:60]
     return word if re.match(r"[A-Za-z]", word) else f"m_{word}".rstrip("_")
@@ -147,7 +148,7 @@ def middle(model: Model) -> dict[str, float]:
 
 
 def has_gradient(model: Model) -> bool:
-    """Returns whether the model has derivatives at the start values of the FMU, the middle of the trained box."""
+    """Returns whether the model has an answer and its derivatives in the middle of its box, where the FMU starts."""
     try:
         _ = model.query(nodes=[], **middle(model)).gradient
     except NoAnswerError:
@@ -206,7 +207,10 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
 
 
 def add_inputs(variables: ET.Element, model: Model) -> None:
-    """Adds the parameters of the model to the element `variables` as inputs, which may change at any time."""
+    """Adds the parameters of the model to the element `variables` as inputs, which may change at any time.
+
+    Their value references count from 1. A parameter `time` gets the name `parameter.time`.
+    """
     start = middle(model)
     for i, parameter in enumerate(model.parameters):
         attributes = {
@@ -225,7 +229,10 @@ def add_inputs(variables: ET.Element, model: Model) -> None:
 
 
 def add_output(variables: ET.Element, output: Output, reference: int) -> None:
-    """Adds one output to the element `variables`; `reference` is its value reference."""
+    """Adds one output to the element `variables`: a Boolean if its kind is INSIDE, else a Float64.
+
+    `reference` is its value reference.
+    """
     attributes = {
         "name": output.name,
         "valueReference": str(reference),
@@ -239,7 +246,7 @@ def add_output(variables: ET.Element, output: Output, reference: int) -> None:
 
 
 def documentation(model: Model) -> str:
-    """Returns a page in HTML that describes the model."""
+    """Returns a page in HTML that describes the model: its title and the text that `signorom describe` prints."""
     text = html.escape(model.describe())
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'
@@ -252,7 +259,8 @@ def documentation(model: Model) -> str:
 def libraries_of_unit() -> dict[str, Path]:
     """Returns the shared libraries that the FMU must contain: name in the FMU -> file on this machine.
 
-    In the name of the FMU's own binary, `{name}` stands for the identifier. InputError if a library is missing.
+    These are the FMU's own binary, in whose name `{name}` stands for the identifier, and all libraries that it needs
+    but those of OF_THE_SYSTEM. InputError if a library is missing.
     """
     online = loaded_library()
     wrapper = online.parent / WRAPPER

@@ -36,7 +36,8 @@ def base_unit(unit: str) -> dict[str, str] | None:
 def moment_unit(force: str, length: str) -> str:
     """Returns the unit of a moment from the units of force and length.
 
-    In plane models the unit of force is per length, such as N/mm, and the moment per thickness has the unit N.
+    It is such as `N*mm`. In plane models the unit of force is per length, such as N/mm, and the moment per thickness
+    has the unit N.
     """
     per_length = f"/{length}"
     return force.removesuffix(per_length) if force.endswith(per_length) else f"{force}*{length}"
@@ -48,7 +49,10 @@ def _attributes(exponents: dict[str, int], factor: float) -> dict[str, str]:
 
 
 def unit_definitions(units: Iterable[str]) -> ET.Element:
-    """Returns FMI's element UnitDefinitions, which contains each unit of measure once."""
+    """Returns FMI's element UnitDefinitions, which contains each unit of measure once.
+
+    Empty ones, `-` and `1` are left out. A unit that `base_unit` does not know has only its name.
+    """
     definitions = ET.Element("UnitDefinitions")
     for unit in dict.fromkeys(unit for unit in units if unit not in _NO_UNIT):
         element = ET.SubElement(definitions, "Unit", name=unit)

@@ -24,9 +24,9 @@ REQUIREMENT = "scikit-learn>=1.3"
 def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> float | None:
     """Trains a forest of `n_trees` trees on the table `labels_path`, and writes it to the file `output`.
 
-    Returns the out-of-bag accuracy, from 0 to 1: each point is judged by the trees that were trained without it. None
-    if every tree has drawn every point. InputError if the table is not valid, if scikit-learn is missing, or if the
-    file cannot be written.
+    Returns the out-of-bag accuracy, from 0 to 1: each point is judged by the trees that were trained without it. A
+    point that every tree has drawn does not count; None if no point counts. InputError if the table is missing or not
+    valid, if scikit-learn is missing, or if the file cannot be written.
     """
     names, points, labels = read_labels(labels_path)
     classifier = fit(points, labels, n_trees, seed)
@@ -41,7 +41,8 @@ def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> fl
 def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
     """Returns parameter names, points of shape (n_points, n_parameters), and clusters from 1 of shape (n_points).
 
-    Lines that start with # are left out. InputError if the table cannot be read or is not valid.
+    Empty lines and lines that start with # are left out. The column `cluster` may have any place. InputError if the
+    table is missing, cannot be read or is not valid.
     """
     try:
         with path.open(newline="", encoding="utf-8") as file:
@@ -90,7 +91,7 @@ def random_forest_class() -> Any:
 
 
 def need_scikit_learn() -> None:
-    """Raises InputError if scikit-learn is not installed. This is much faster than an import."""
+    """Raises InputError if scikit-learn is not installed. It imports nothing, and so does not notice a damaged one."""
     if find_spec("sklearn") is None:
         raise no_scikit_learn("is not installed")
 

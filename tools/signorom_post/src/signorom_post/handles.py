@@ -19,7 +19,10 @@ class Handles:
     """The library's handles of one open model. A context serves one thread at a time, so each caller borrows one."""
 
     def __init__(self, path: str) -> None:
-        """Opens the model file `path`; ModelError if the library cannot read it or if the model cannot answer."""
+        """Opens the model file `path`; ModelError if the library cannot read it or if the model cannot answer.
+
+        LibraryError if the library is missing or cannot be used.
+        """
         self._lock = threading.Lock()
         self._model = c_void_p()
         self._idle: list[c_void_p] = []

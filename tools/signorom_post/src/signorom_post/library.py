@@ -134,7 +134,7 @@ _SIGNATURES = {
 
 
 def find_library() -> str:
-    """Returns the path or name of the online library; LibraryError if it is not found.
+    """Returns the path of the online library, or its name if the loader finds it; LibraryError if it is not found.
 
     The places are, in this order, the path in SIGNOROM_LIBRARY (which is not checked), the folder `lib` of this
     package, the loader's path, and the build folder of the sources.

@@ -36,7 +36,7 @@ class Log:
                 raise InputError(path, f"cannot write the log: {error.strerror}") from error
 
     def close(self) -> None:
-        """Closes the file; later messages go to the terminal only. A failure is kept in `failure`."""
+        """Closes the file; later messages go to stdout and stderr only. A failure is kept in `failure`."""
         if self._file is None:
             return
         try:
@@ -54,7 +54,7 @@ class Log:
         self._say(str(text), sys.stderr)
 
     def to_file_only(self, text: str) -> None:
-        """Writes a text to the file only, because the terminal shows it in another form."""
+        """Writes a text as a line with the date to the file, if there is one; the terminal shows it in another form."""
         if self._file is None:
             return
         date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -69,7 +69,7 @@ class Log:
         print(text, file=stream, flush=True)
 
     def show_status(self, text: str) -> None:
-        """Writes a status line on the terminal in place of the last one; the next message removes it."""
+        """Writes a status line to stderr in place of the last one; the next message removes it."""
         padding = " " * max(0, self._n_status_columns - len(text))
         print(f"\r{text}{padding}", end="", file=sys.stderr, flush=True)
         self._n_status_columns = len(text)
@@ -83,7 +83,7 @@ class Log:
     def follow(
         self, label: str, items: Iterable[Item], n_total: int, place: Callable[[Item], int] | None = None
     ) -> Iterator[Item]:
-        """Yields the items, and shows their progress as a bar if there is a terminal.
+        """Yields the items, and shows their progress as a bar if stderr is a terminal.
 
         `n_total` is the number of all steps. `place` returns the number of steps that are done when an item comes;
         without it, each item is one step.
@@ -95,13 +95,14 @@ class Log:
 
 
 class Progress:
-    """Progress of a task: a bar with the time left on a terminal, else a line now and then.
+    """Progress of a task: a bar with the time left if stderr is a terminal, and a line now and then.
 
-    Use it in a `with` block, which removes the bar at its end.
+    The lines go to the log's file and, if there is no bar, to stderr. Use it in a `with` block, which removes the bar
+    at its end.
     """
 
     def __init__(self, log: Log, label: str, n_total: int, has_lines: bool = True) -> None:
-        """Begins a task of `n_total` steps; `label` is its name, `has_lines` whether lines are written, too."""
+        """Begins a task of `n_total` steps; `label` is its name, `has_lines` whether there are lines."""
         self._log = log
         self._label = label
         self._n_total = n_total
@@ -119,7 +120,10 @@ class Progress:
         self._log.clear_status()
 
     def advance(self, n_done: int, detail: str = "") -> None:
-        """Shows that `n_done` steps are done; `detail` says what goes on. It may be called very often."""
+        """Says that `n_done` steps are done; `detail` tells what goes on. It may be called often.
+
+        The bar is drawn again after 0.1 s at the earliest, and the next line comes after 10 s at the earliest.
+        """
         self._n_done = n_done
         now = time.monotonic()
         if self._is_bar and now - self._shown >= BAR_INTERVAL:
@@ -149,7 +153,7 @@ class Progress:
         return f"{self._label}: {counts}{detail and f'; {detail}'}"
 
     def _time_left(self, elapsed: float) -> str:
-        """Returns the time left if the other steps take as long as those done; empty before the first step is done."""
+        """Returns such as `, 7 s left`, if the other steps take as long as those done; empty if none or all are done."""
         if not 0 < self._n_done < self._n_total:
             return ""
         return f", {duration(elapsed * (self._n_total - self._n_done) / self._n_done)} left"
@@ -175,7 +179,10 @@ def duration(seconds: float) -> str:
 
 
 def last_line(path: Path) -> str:
-    """Returns the last line that is not blank of a file to which a program writes; empty if there is none."""
+    """Returns the last line that is not blank in the last 1000 bytes of a file to which a program writes.
+
+    The result is empty if there is no such line or no such file.
+    """
     try:
         with path.open("rb") as file:
             file.seek(max(0, path.stat().st_size - 1000))

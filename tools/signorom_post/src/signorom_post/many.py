@@ -71,5 +71,5 @@ def answers_at(
 
 
 def _known(bounds: FloatArray, has_answer: BoolArray) -> FloatArray:
-    """Returns the bounds, NaN where the library gives none."""
+    """Returns the bounds, NaN at points without an answer or without a bound."""
     return np.where(has_answer & (bounds >= 0), bounds, np.nan)

@@ -19,9 +19,9 @@ CELL_FACES = {
 class Faces:
     """Faces of solid cells; their corners are counterclockwise for a viewer outside of the body."""
 
-    #: corners of each face, shape (n_faces, 4); a triangle repeats its last corner
+    #: nodes at the corners of each face, from 0, shape (n_faces, 4); a triangle repeats its last corner
     nodes: IntArray
-    #: the cell to which each face belongs, shape (n_faces)
+    #: the cell to which each face belongs, from 0, shape (n_faces)
     cells: IntArray
 
     @property
@@ -31,7 +31,7 @@ class Faces:
 
     @property
     def triangles(self) -> IntArray:
-        """Triangles of the faces, two for a quadrilateral; shape (n_triangles, 3)."""
+        """Nodes of the triangles of the faces, two triangles for a quadrilateral; shape (n_triangles, 3)."""
         is_quad = self.n_corners == 4
         return np.vstack([self.nodes[:, :3], self.nodes[is_quad][:, [0, 2, 3]]])
 
@@ -44,9 +44,9 @@ class Faces:
 class Mesh:
     """Nodes and cells; all indices count from 0."""
 
-    #: coordinates of the nodes [unit], shape (n_nodes, 3)
+    #: coordinates of the nodes [unit], shape (n_nodes, 3), also in the plane
     coordinates: FloatArray
-    #: nodes of each cell: of a plane cell in the order around it, of a solid cell its 4 or 8 corners
+    #: nodes of each cell: of a plane cell in the order around it, of a solid cell its 4 or 8 corners only
     cells: list[IntArray]
     #: dimension of the cells: 2 or 3
     n_dim: int
@@ -70,7 +70,7 @@ class Mesh:
 
     @cached_property
     def triangles(self) -> IntArray:
-        """Triangles into which the plane cells are divided, shape (n_triangles, 3)."""
+        """Nodes of the triangles into which the plane cells are divided, shape (n_triangles, 3)."""
         fans = [(cell[0], cell[i], cell[i + 1]) for cell in self.cells for i in range(1, len(cell) - 1)]
         return np.array(fans, dtype=np.int64).reshape(-1, 3)
 
@@ -82,7 +82,7 @@ class Mesh:
 
     @property
     def edges(self) -> IntArray:
-        """Edges of plane cells, each once, shape (n_edges, 2)."""
+        """Edges of plane cells, each once: their two nodes, ascending; shape (n_edges, 2)."""
         return self._edges_and_counts[0]
 
     @property
@@ -93,11 +93,11 @@ class Mesh:
 
     @cached_property
     def outer_faces(self) -> Faces:
-        """Faces of solid cells that belong to one cell only."""
+        """Faces of all solid cells that belong to one cell only."""
         return self.faces_of(np.arange(self.n_cells))
 
     def faces_of(self, cells: IntArray) -> Faces:
-        """Returns the outer faces of the body that these solid cells form."""
+        """Returns the faces that belong to only one of these solid cells (indices from 0), turned outwards."""
         rows, owners = [], []
         for i in cells:
             for corners in CELL_FACES[len(self.cells[i])]:

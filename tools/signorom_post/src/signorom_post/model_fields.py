@@ -44,9 +44,10 @@ def fields_of(
     point: dict[str, float],
     contact_area: FloatArray,
 ) -> Fields:
-    """Returns the fields of the last answer in the context; NoAnswerError if the model cannot give fields.
+    """Returns the fields of the last answer in the context; NoAnswerError if the model cannot give fields there.
 
-    `point` and `contact_area` are the parameters and the contact areas of this answer.
+    `sizes` are those of the model. `point` (name -> value) and `contact_area` (Resultants.areas) are the parameters and
+    the contact areas of this answer.
     """
     n_cells, n_nodes, n_dimensions = _sizes(library, model)[0], sizes.n_nodes, sizes.n_dimensions
     displacement, contact_force = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))

@@ -41,14 +41,11 @@ class Model:
     """A trained model that answers queries. `with` closes it, and so does the garbage collector.
 
     Threads may share it. A copy, also in another process by pickle, reads the file again, which must still exist.
-    Queries of a closed model raise ValueError.
+    A closed model raises ValueError, except for `parameters`, `contact_areas` and `repr`.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Opens a model file; ModelError if it is missing, damaged, no model, or newer than the library.
-
-        LibraryError if the library is missing or cannot be used.
-        """
+        """Opens a file; ModelError if it is no usable model or too new, LibraryError if the library cannot be used."""
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))
         self._library = self._handles.library
@@ -113,7 +110,7 @@ class Model:
 
     @property
     def force_unit(self) -> str:
-        """Unit of contact forces."""
+        """Unit of contact forces; in plane models a force per length."""
         return self._told(2)
 
     @property
@@ -132,7 +129,10 @@ class Model:
 
     @property
     def contact_sides(self) -> tuple[ContactNodes, ContactNodes]:
-        """Nodes of the contacts: the first side, which carries the forces, and the second one."""
+        """Nodes of the contacts on the side that carries the forces, and on the other side.
+
+        The former is the deck's first surface or, if the rows of mortar contact belong to it, the second one.
+        """
         return self._side(0), self._side(1)
 
     def _side(self, side: int) -> ContactNodes:
@@ -172,16 +172,16 @@ class Model:
         return entries.astype(np.int64)
 
     def _n_entries(self, model: c_void_p) -> tuple[int, int]:
-        """Returns the number of contacts of the deck, and of components of a moment."""
+        """Returns the number of contacts of the deck (0 in files of earlier versions), and of components of a moment."""
         n_entries, n_moments = c_int(), c_int()
         self._library.signorom_get_contact_entries(model, byref(n_entries), byref(n_moments), None)
         return n_entries.value, n_moments.value
 
     def resultants(self, multipliers: FloatArray) -> Resultants:
-        """Returns closed area, resultant force and moment of each contact of the deck from the contact forces.
+        """Returns the area that touches, the resultant force and the moment of each contact of the deck.
 
-        `multipliers` [force unit] has the shape (n_contacts) or, for many answers, (n_points, n_contacts); else
-        ValueError.
+        `multipliers`: contact forces [force unit], shape (n_contacts) or (n_points, n_contacts), else ValueError. A
+        force that is NaN makes the results of its contact of the deck NaN.
         """
         given = np.ascontiguousarray(multipliers, dtype=float)
         if given.ndim not in (1, 2) or given.shape[-1] != self._sizes.n_contacts:
@@ -215,8 +215,7 @@ class Model:
     def displacement_sources(self) -> IntArray:
         """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes).
 
-        This holds for answers of the reduced model itself. An answer by the full-order operator (method `condensed`)
-        may have exact displacements at all nodes.
+        This holds for the reduced model; its full-order operator (method `condensed`) may have all of them exact.
         """
         sources = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         with self._handles.model() as model:
@@ -232,7 +231,7 @@ class Model:
     def fields(self, **values: float) -> Fields:
         """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError if the model has no answer, or no fields: its deck must have `reduction: {fields: true}`.
+        NoAnswerError if the model has no answer or no fields: its deck must have `reduction: {fields: true}`.
         TypeError if a parameter is missing or unknown, ValueError if a value is not finite; ExtrapolationWarning if the
         point lies outside of the trained box.
         """
@@ -297,7 +296,7 @@ class Model:
         return dict(zip(names, point.tolist(), strict=True))
 
     def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
-        """Returns the derivatives of the answer at a point; of the displacement at some nodes, or at all."""
+        """Returns the derivatives towards larger (`direction` 1) or smaller (-1) values; nodes from 0, None: all."""
         n_grazing = c_int()
         is_one_sided = np.zeros(len(self.parameters), dtype=np.intc)
         with self._handles.model() as model, self._handles.context() as context:
@@ -325,7 +324,7 @@ class Model:
     def _displacement_gradient(
         self, context: c_void_p, n_parameters: int, indices: IntArray | None
     ) -> FloatArray:
-        """Returns the derivatives of the displacement of nodes, NaN at nodes without a displacement."""
+        """Returns the derivatives of the displacement of nodes (from 0; None: all) as in Gradient."""
         chosen = np.arange(self._sizes.n_nodes, dtype=np.intc) if indices is None else indices
         has_some = self.displacement_sources[chosen] != DISPLACEMENT_NONE
         known = np.ascontiguousarray(chosen[has_some], dtype=np.intc)
@@ -377,7 +376,7 @@ class Model:
         return chosen.astype(np.intc)
 
     def _displacement(self, context: c_void_p, indices: IntArray | None) -> FloatArray:
-        """Returns the displacement of some nodes, or of all, NaN at nodes without one."""
+        """Returns the displacement of nodes (from 0; None: all), NaN at nodes without one."""
         n = self._sizes.n_dimensions
         displacement = np.zeros((self._sizes.n_nodes if indices is None else len(indices), n))
         if indices is None:

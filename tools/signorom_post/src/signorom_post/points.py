@@ -34,7 +34,7 @@ def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> Fl
 
 
 def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray:
-    """Returns the points as contiguous real numbers, shape (n_points, n_parameters).
+    """Returns the points as a contiguous array of real numbers, shape (n_points, n_parameters).
 
     ValueError if they have another shape, or if a value is not finite.
     """

@@ -26,7 +26,7 @@ ENVIRONMENT = {
 
 
 def find_program() -> Path:
-    """Returns the path of the program; InputError if it is not found.
+    """Returns the path of the program; InputError if it is not found, or if SIGNOROM_EXECUTABLE names no file.
 
     The variable SIGNOROM_EXECUTABLE comes first, then PATH, then the build folders, with `release` before the others.
     """
@@ -49,7 +49,7 @@ def find_program() -> Path:
 
 
 def find_base_deck() -> Path:
-    """Returns the deck of case b in the clone with the current folder or with this package; InputError if none."""
+    """Returns the path of the deck of case b in a clone; InputError if none of the folders of `_roots` has it."""
     for root in _roots():
         if (root / BASE_DECK).is_file():
             return root / BASE_DECK
@@ -63,7 +63,7 @@ def _roots() -> Iterator[Path]:
 
 
 def program_environment() -> dict[str, str]:
-    """Returns the environment of a run, in which the program finds this signorom-post to train forests."""
+    """Returns the environment of a run on one core, in which the program finds this signorom-post to train forests."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     return os.environ | ENVIRONMENT | {"PATH": path}
 

@@ -15,7 +15,10 @@ from signorom_post.readers.validation import Validation, read_validation
 
 
 class Results:
-    """The files in the results folder of one deck. An attribute raises InputError if its file cannot be used."""
+    """The files in the results folder of one deck. An attribute raises InputError if its file cannot be used.
+
+    This is a MissingFileError if there is no such file.
+    """
 
     def __init__(self, folder: Path) -> None:
         """Takes the results in `folder`; InputError if there is no such folder."""
@@ -42,7 +45,7 @@ class Results:
 
     @property
     def model_if_present(self) -> Model | None:
-        """Contents of model.h5; None if the file is missing. A damaged file is an error."""
+        """Contents of model.h5; None if the file is missing. InputError if it cannot be used."""
         try:
             return self.model
         except MissingFileError:

@@ -35,8 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Writes the figures, prints the path of each, and tells which are left out and why.
 
-    Returns 0, or 2 if a figure was left out because a file cannot be used. A missing file does not count. InputError if
-    the folder is missing or has nothing to draw, or if a figure cannot be written.
+    Returns 0, or 2 if a figure was left out because a file cannot be used or does not have the point of --point. A
+    missing file does not count. InputError if the folder is missing or has nothing to draw, or if a figure cannot be
+    written.
     """
     results = Results(options.results)
     output = options.output or options.results / "figures"

@@ -28,7 +28,8 @@ def run(options: argparse.Namespace) -> int:
     """Writes the FMU and prints its path. Returns 0.
 
     InputError if the model or the online library cannot be used, if --nodes is not valid, if a library that the FMU
-    needs is missing, if the model has no answer where the FMU starts, or if the FMU cannot be written.
+    needs is missing, if the model has no answer in the middle of its box, where the FMU starts, or if the FMU cannot be
+    written.
     """
     tags = tags_of(options.nodes)
     try:
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def tags_of(text: str | None) -> list[int]:
-    """Returns the numbers in a text such as `12,57`; an empty list for None. Blank words between commas do not count.
+    """Returns the numbers in a text such as `12,57`; an empty list for None. Empty words between commas are left out.
 
     InputError if a word is no whole number.
     """

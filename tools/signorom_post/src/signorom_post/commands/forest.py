@@ -31,8 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Trains the forest, writes it, prints its path and accuracy; with --check only looks for scikit-learn. Returns 0.
+    """Trains the forest, writes it, and prints its path and its out-of-bag accuracy, if it has one. Returns 0.
 
+    With --check it only looks for scikit-learn, and writes and prints nothing.
     InputError if LABELS.csv or scikit-learn is missing, if the table is not valid, or if the forest cannot be written.
     """
     if options.check:

@@ -61,7 +61,8 @@ def run(options: argparse.Namespace) -> int:
     """Prints the table of the models, and writes it with --csv; with --run makes the models before. Returns 0.
 
     InputError if there are neither folders nor --run, or both; if a folder has no validated model, or one of another
-    problem or with other test points; if a run fails, or if a file cannot be read or written.
+    problem or with other test points; if a run fails, or if a file cannot be read or written. A missing online library
+    is no error: the table then has no times of queries of models.
     """
     if bool(options.results) == bool(options.variants):
         raise InputError("signorom-post compare", "give either results folders or --run FILE, and not both")
@@ -90,7 +91,8 @@ def _make(options: argparse.Namespace) -> list[Path]:
 def _timer(options: argparse.Namespace, progress: Progress) -> Callable[[Path], float | None]:
     """Returns a function that returns the time [s] of a query of a model file.
 
-    That function returns None if the user does not want times, or if there is no library.
+    That function returns None if the user does not want times, or, with a note, if the library cannot be used. Each
+    call advances `progress` by one model.
     """
     steps = itertools.count(1)
 

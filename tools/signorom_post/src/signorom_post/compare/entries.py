@@ -38,7 +38,7 @@ class Entry:
     offline: float | None = None
     #: [s] time of a query with the forces of all contacts, or of a full-order solution
     query: float | None = None
-    #: [-] median, 95th percentile and maximum of ERROR over the test points
+    #: [-] median, 95th percentile and maximum of ERROR over the test points; None for a full-order solver
     median: float | None = None
     p95: float | None = None
     largest: float | None = None
@@ -52,18 +52,19 @@ class Entry:
 class Study:
     """Validated models of one problem, all tested at the same points."""
 
-    #: the full-order solvers
+    #: the full-order solvers, as _full_order_entries returns them
     full_order: list[Entry]
+    #: the models, in the order of their folders
     models: list[Entry]
     #: number of test points
     n_points: int
 
 
 def read_study(folders: Sequence[Path], time_of: Callable[[Path], float | None]) -> Study:
-    """Returns the entries of these results folders.
+    """Returns the entries of these results folders. `time_of` returns the time [s] of a query of a model file, or None.
 
-    InputError if the folders have different problems or different test points, or if files are missing. `time_of`
-    returns the time [s] of a query of a model file.
+    InputError if the folders have different problems or different test points, or if a file is missing, cannot be used
+    or lacks a section that the comparison needs.
     """
     all_results = [Results(folder) for folder in folders]
     for results in all_results:
@@ -106,7 +107,7 @@ def _check_same(results: Results, first: Results) -> None:
 
 
 def _report(results: Results) -> dict[str, Any]:
-    """Returns the report of a validated model; InputError if it lacks a section that the comparison needs."""
+    """Returns the report of a validated model; InputError if it is missing or lacks a section that is needed."""
     try:
         report = results.report
     except MissingFileError as error:
@@ -165,7 +166,7 @@ def _clusters(reduction: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _statistics(errors: FloatArray) -> dict[str, float]:
-    """Returns median, 95th percentile and maximum. Infinite errors never make a quantile nan."""
+    """Returns median, 95th percentile and maximum; nan if there are no errors. Infinite errors never make one nan."""
     if len(errors) == 0:
         return {"median": np.nan, "p95": np.nan, "largest": np.nan}
     return {
@@ -176,7 +177,7 @@ def _statistics(errors: FloatArray) -> dict[str, float]:
 
 
 def _quantile(errors: FloatArray, fraction: float) -> float:
-    """Returns a quantile with linear interpolation between neighbors."""
+    """Returns the quantile `fraction`, from 0 to 1, of one or more errors, interpolated linearly between neighbors."""
     ascending = np.sort(errors)
     position = fraction * (len(ascending) - 1)
     i = int(position)
@@ -185,7 +186,7 @@ def _quantile(errors: FloatArray, fraction: float) -> float:
 
 
 def _range(clusters: Sequence[dict[str, Any]], key: str) -> str | None:
-    """Returns the number that all clusters have, or the smallest and the largest one, as text."""
+    """Returns the number `key` that all clusters have, or `smallest to largest`, as text; None if no cluster has it."""
     numbers = sorted({number for cluster in clusters if (number := _whole(cluster, key)) is not None})
     if not numbers:
         return None
@@ -193,7 +194,7 @@ def _range(clusters: Sequence[dict[str, Any]], key: str) -> str | None:
 
 
 def _offline(report: dict[str, Any]) -> float | None:
-    """Returns the time [s] of the full-order set-up, of all snapshots (median times number) and of the training."""
+    """Returns the time [s] of full-order set-up, snapshots (median times number) and training; None if one is absent."""
     parts = [
         _number(report, "times", "full_order_setup"),
         _number(report, "times", "sample_per_point", "median"),
@@ -240,7 +241,7 @@ def _full_order_entries(reports: Sequence[dict[str, Any]]) -> list[Entry]:
 
 
 def _solver(report: dict[str, Any]) -> str:
-    """Returns the type of the full-order solver at the test points."""
+    """Returns the type of the full-order solver at the test points; empty if the report has none."""
     section = report.get("solver")
     return str(section.get("type")) if isinstance(section, dict) else ""
 
@@ -260,7 +261,7 @@ def _whole(report: dict[str, Any], *keys: str) -> int | None:
 
 
 def _number(report: dict[str, Any], *keys: str) -> float | None:
-    """Returns the number under these nested keys; None if there is none."""
+    """Returns the number under these nested keys; None if there is none. A text counts as in `as_number`."""
     value: Any = report
     for key in keys:
         value = value.get(key) if isinstance(value, dict) else None

@@ -42,7 +42,10 @@ ERRORS: list[Column] = [
 
 
 def format_markdown(study: Study, has_times: bool) -> str:
-    """Returns a Markdown table with aligned columns, one line per full-order solver and per model."""
+    """Returns a Markdown table with aligned columns, one line per full-order solver and then one per model.
+
+    `has_times`: whether it has the columns `offline` and `query`.
+    """
     columns = [*SIZES, *(TIMES if has_times else []), *ERRORS]
     rows = [[heading for heading, _, _ in columns]]
     for entry in [*study.full_order, *study.models]:
@@ -57,7 +60,8 @@ def format_markdown(study: Study, has_times: bool) -> str:
 def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -> str:
     """Returns a text that explains the columns and says where their numbers are from.
 
-    `n_query_points` and `seed` are those of the random points at which queries were timed.
+    `n_query_points` and `seed` are those of the random points at which queries were timed. They and the times are named
+    only if `has_times`.
     """
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
@@ -77,9 +81,9 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """Writes all numbers of the entries as CSV without rounding; times in seconds, sizes in bytes.
+    """Writes all members of the entries as CSV, numbers without rounding; times in seconds, sizes of files in bytes.
 
-    OSError if the file cannot be written.
+    A member that is None is empty. OSError if the file cannot be written.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]

@@ -30,7 +30,8 @@ def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
     """Runs the program for each model of the file in its own folder below `output`, and returns these folders.
 
     Snapshots that a folder already has are used again. InputError if the file is wrong, if the program is not found, or
-    if a run fails. OSError if a file cannot be written.
+    if a run ends with another exit code than 0 and 3 (some points did not converge). OSError if a file cannot be
+    written.
     """
     decks = read_variants(path)
     program = find_program()
@@ -45,9 +46,9 @@ def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
 
 
 def read_variants(path: Path) -> dict[str, dict[str, Any]]:
-    """Returns name -> deck of each model of the file; the results of a deck will lie beside it.
+    """Returns name -> deck of each model of the file. Files in a deck have absolute paths; its results lie beside it.
 
-    InputError if the file is wrong.
+    InputError if the file or the deck that it names is missing or wrong.
     """
     file = read_sections(path, "list of models")
     if set(file) != {"deck", "models"} or not isinstance(file["models"], dict) or not file["models"]:
@@ -69,7 +70,7 @@ def read_variants(path: Path) -> dict[str, dict[str, Any]]:
 
 
 def _with_whole_paths(part: Any, folder: Path) -> Any:
-    """Returns a part of a deck with absolute paths, so that it can be moved: all keys `file`, relative to `folder`."""
+    """Returns a part of a deck in which all keys `file` have absolute paths; relative ones count from `folder`."""
     if isinstance(part, list):
         return [_with_whole_paths(entry, folder) for entry in part]
     if not isinstance(part, dict):
@@ -83,7 +84,10 @@ def _with_whole_paths(part: Any, folder: Path) -> Any:
 
 
 def _run(program: Path, folder: Path, advance: Callable[[str], None]) -> None:
-    """Runs the program in a folder; calls `advance` with the last line that the program printed."""
+    """Runs the program on deck.yaml in a folder, with log.txt for what it prints; InputError if the run fails.
+
+    Calls `advance` with the last line that the program printed, again and again.
+    """
     log = folder / "log.txt"
     with log.open("wb") as output:
         process = subprocess.Popen(
