@@ -26,7 +26,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals and reactions
+    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -149,7 +149,7 @@ contains
     sums(n + 1) = sum_of_sizes(forces)
   end subroutine add_forces
 
-  !> Computes the relative residuals of one point. Local.
+  !> Computes the residuals of one point: the penetration is a length, the others are relative. Local.
   pure subroutine compare(system, theta, largest, sums, smallest_per_length, smallest_load, state)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)

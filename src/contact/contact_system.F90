@@ -55,7 +55,7 @@ module sig_contact_system
 
 contains
 
-  !> Creates the problem and assembles K. Collective on comm, for which the mesh is partitioned.
+  !> Partitions the mesh over the ranks of comm, creates the problem and assembles K. Collective on comm.
   subroutine create(self, comm, mesh, body, boundary, rows, ierr)
     class(contact_system_t), intent(out) :: self
     MPI_Comm, intent(in) :: comm
@@ -89,8 +89,8 @@ contains
     PetscCall(create_vector(comm, self%map%n_local_dofs, self%work_out, ierr))
   end subroutine create
 
-  !> Assembles K again with other materials on the same mesh, and sets stiffness_size. Data that a solver derived from the old K are
-  !> then out of date. Collective.
+  !> Assembles K again with other materials on the same mesh, and sets stiffness_size, the largest sum of the absolute values of a
+  !> row of K. Data that a solver derived from the old K are then out of date. Collective.
   subroutine update_stiffness(self, mesh, body, ierr)
     class(contact_system_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh

@@ -58,8 +58,8 @@ contains
     end do
   end subroutine cut_edge
 
-  !> Returns the places of the cuts in ascending order: 0, the places between 0 and 1 opposite to nodes of the other edges, 1. The
-  !> arguments are those of cut_edge.
+  !> Returns the places of the cuts in ascending order: 0, the places between 0 and 1 opposite to nodes of the other edges, 1. Of
+  !> places within 1e-10 of each other only one counts. The arguments are those of cut_edge.
   pure function cuts_of_edge(ends, normals, others) result(cuts)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :)
     real(rk), allocatable :: cuts(:)
@@ -108,8 +108,8 @@ contains
     end if
   end function place_opposite
 
-  !> Sets i_other of a piece to the nearest other edge that its middle faces, 0 if there is none, and is_far. The other arguments
-  !> are those of cut_edge.
+  !> Sets i_other of a piece to the nearest other edge that its middle faces, and is_far to whether this edge is farther away than
+  !> `limit` along the normal. If there is none, i_other is 0 and is_far true. The other arguments are those of cut_edge.
   pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
     !> in: start and end; out: also i_other and is_far
@@ -161,7 +161,7 @@ contains
     real(rk), intent(in) :: ends(:, :)
     !> [-] on the edge, 0 to 1 between its nodes
     real(rk), intent(out) :: place
-    !> [length] along the normal
+    !> [length] along the normal, negative behind the point
     real(rk), intent(out) :: distance
 
     place = -plane_cross_product(ends(:, 1) - point, normal) / plane_cross_product(ends(:, 2) - ends(:, 1), normal)

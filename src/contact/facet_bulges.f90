@@ -94,7 +94,8 @@ contains
     end associate
   end subroutine complete_triangle
 
-  !> Computes the height over the middle of an edge: the smaller of those at its ends, because one end may be next to a sharp edge.
+  !> Computes the height over the middle of an edge from the slopes at its ends. The smaller slope (in size) counts, because one end
+  !> may be next to a sharp edge.
   !> If the slope is known at one end only, this end counts. The height is 0 if it is known at none, or if the ends bend in opposite
   !> directions.
   pure subroutine find_height(surface, ends, along, normal, height, is_known)
@@ -107,7 +108,7 @@ contains
     real(rk), intent(in) :: normal(:)
     !> [length] positive outward
     real(rk), intent(out) :: height
-    !> whether the slope of the surface is known at an end
+    !> whether the slope of the surface is known at one end at least
     logical, intent(out) :: is_known
     real(rk) :: rises(2)
     logical :: knows(2)
@@ -128,8 +129,9 @@ contains
     height = rises(i) / (2 * (1 + sqrt(1 + rises(i)**2 / sum(along**2))))
   end subroutine find_height
 
-  !> Whether the slope of the surface at a node towards another one is known: the node is inside of the surface, or the other one is
-  !> next to it on the border.
+  !> Whether the slope of the surface at a node towards another one is known. In the plane: two edges meet at the node, and one
+  !> nearly continues the other. In space: facets stand all round the node, or the border goes nearly straight on at the node and
+  !> the other node is next to it on this border.
   pure logical function is_seen(surface, node, other)
     type(surface_nodes_t), intent(in) :: surface
     integer, intent(in) :: node, other
@@ -148,7 +150,7 @@ contains
     end associate
   end function is_seen
 
-  !> Returns the normals and borders of a surface at its nodes. The arguments are those of find_bulges.
+  !> Returns all data of surface_nodes_t for a surface. The arguments are those of find_bulges.
   pure function nodes_of_surface(offsets, nodes, vertices, outward, n_corners) result(surface)
     integer, intent(in) :: offsets(:), nodes(:)
     real(rk), intent(in) :: vertices(:, :), outward(:, :)

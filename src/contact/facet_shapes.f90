@@ -75,6 +75,7 @@ contains
   pure function parts_of(n_dim, n_corners, n_nodes) result(parts)
     !> dimension of the facet, and numbers of its corners and nodes
     integer, intent(in) :: n_dim, n_corners, n_nodes
+    !> corners of the parts, as numbers of the facet's nodes (1-based), filled up with 0; shape (max_corners, n_parts)
     integer, allocatable :: parts(:, :)
     integer :: i, n
 
@@ -93,7 +94,7 @@ contains
   !> Returns the shape functions at a place of the reference element, shape (n_nodes).
   pure function values(self, place)
     class(facet_shape_t), intent(in) :: self
-    !> [-] shape (n_dim)
+    !> [-] shape (dimension of the facet)
     real(rk), intent(in) :: place(:)
     real(rk) :: values(size(self%coefficients, 2))
 
@@ -101,7 +102,7 @@ contains
   end function values
 
   !> Returns the derivatives [length] of the place in space along each direction of the reference element, shape (components,
-  !> n_dim).
+  !> n_dim), where n_dim is the dimension of the facet.
   pure function tangents(self, vertices, place)
     class(facet_shape_t), intent(in) :: self
     !> [length] shape (components, n_nodes)
@@ -117,14 +118,15 @@ contains
   end function tangents
 
   !> Finds the place of the reference element that belongs to a point, by Newton's method. The facet is projected to as many
-  !> components as it has dimensions. is_found is false if the method does not converge or leads far outside.
+  !> components as it has dimensions (n_dim). is_found is false if the method does not converge in 30 steps, or leads to a place
+  !> with a coordinate beyond 100.
   pure subroutine find_place(self, flat, point, place, is_found)
     class(facet_shape_t), intent(in) :: self
     !> [length] places of the facet's nodes in this projection, shape (n_dim, n_nodes)
     real(rk), intent(in) :: flat(:, :)
     !> [length] the point in this projection, shape (n_dim)
     real(rk), intent(in) :: point(:)
-    !> [-] may lie outside of the reference element
+    !> [-] may lie outside of the reference element; of no use if is_found is false
     real(rk), intent(out) :: place(:)
     logical, intent(out) :: is_found
     integer, parameter :: most_steps = 30

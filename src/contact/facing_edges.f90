@@ -23,7 +23,8 @@ module sig_facing_edges
 
 contains
 
-  !> Adds the integration points of an edge of the first surface where it faces edges of the second one.
+  !> Adds the integration points of an edge of the first surface where it faces edges of the second one: cut_edge says which of them
+  !> it faces where.
   subroutine face_edge(shapes, first, i_edge, second, near, limit, points)
     !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
@@ -55,14 +56,14 @@ contains
     end associate
   end subroutine face_edge
 
-  !> Lists the straight parts of some edges of a surface.
+  !> Lists the straight parts of the edges with the numbers `edges` in a surface.
   pure subroutine list_chords(shapes, side, edges, ends, i_edge)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side
     integer, intent(in) :: edges(:)
-    !> [length] shape (2, 2, n)
+    !> [length] shape (2, 2, n): components, ends, parts
     real(rk), allocatable, intent(out) :: ends(:, :, :)
-    !> edge that each part belongs to
+    !> number in the surface of the edge that each part belongs to, shape (n)
     integer, allocatable, intent(out) :: i_edge(:)
     integer :: i, i_part, n
 
@@ -83,12 +84,12 @@ contains
     end do
   end subroutine list_chords
 
-  !> Adds the integration points of one piece. A point for which no place on the other edge is found is left out.
+  !> Adds the four integration points of one piece. A point for which no place on the other edge is found is left out.
   subroutine add_points(shapes, first, i_edge, part, second, piece, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
     integer, intent(in) :: i_edge
-    !> nodes of the edge at both ends of its straight part
+    !> numbers (1-based) among the edge's nodes of both ends of its straight part
     integer, intent(in) :: part(:)
     type(mortar_side_t), intent(in) :: second
     type(facing_piece_t), intent(in) :: piece

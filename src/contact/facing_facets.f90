@@ -203,7 +203,8 @@ contains
     found = [found, common]
   end subroutine append_common
 
-  !> Returns the distance [length] from one facet to the other along the plane's normal; huge if they have no such place.
+  !> Returns the distance [length] from one facet to the other along the plane's normal, negative where they overlap; huge if a
+  !> facet has no place at the point.
   pure real(rk) function distance_at(shapes, own, other, point) result(distance)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
@@ -274,7 +275,8 @@ contains
     end do
   end subroutine keep_nearest
 
-  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle.
+  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle. A point at which
+  !> a facet has no place is left out.
   pure subroutine add_points(shapes, own, other, common, limit, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
@@ -327,7 +329,7 @@ contains
     end associate
   end subroutine add_triangle
 
-  !> Returns the area of a facet over that of its image in the plane [-].
+  !> Returns the area of a facet over that of its image in the plane [-], at a place of the reference element.
   pure real(rk) function stretch_at(shape, vertices, place) result(stretch)
     type(facet_shape_t), intent(in) :: shape
     !> [length] nodes in coordinates of the plane, shape (3, n_nodes)

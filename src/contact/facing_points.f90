@@ -28,7 +28,7 @@ module sig_facing_points
 
 contains
 
-  !> Empties the list and keeps its memory.
+  !> Empties the list and keeps its memory; the first call allocates it.
   pure subroutine clear(self, n_dim)
     class(facing_points_t), intent(inout) :: self
     !> dimension of a facet: 1 or 2, the same in each call
@@ -41,7 +41,7 @@ contains
     allocate (self%places(n_dim, usual), self%opposite(n_dim, usual))
   end subroutine clear
 
-  !> Adds a point. The arguments are its values of the components.
+  !> Adds a point. Each argument is its value of the component of facing_points_t with this name or its plural.
   pure subroutine add(self, i_other, is_far, weight, place, opposite, gap)
     class(facing_points_t), intent(inout) :: self
     integer, intent(in) :: i_other

@@ -16,7 +16,7 @@ module sig_initial_gap
 contains
 
   !> Sets the gaps of the entries with an obstacle or with a gap in the deck, at the coordinates of the first nodes. The gaps of the
-  !> other entries, which the mesh gives, remain.
+  !> other entries, which the mesh gives, remain. Requires: the gap_factors of the entries are 0 or not there yet.
   !>
   !> Errors: those of split_sum, such as a gap that is not finite at a node.
   subroutine set_initial_gaps(mesh, contact, deck_path, terms, pairs, error)

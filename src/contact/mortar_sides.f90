@@ -58,7 +58,7 @@ contains
     type(mortar_side_t), intent(out) :: side
     !> [-] contact normals at the nodes of the mesh, shape (n_dim, n_nodes)
     real(rk), intent(in), optional :: normals(:, :)
-    !> whether the mesh turns around the axis x = 0; default: no
+    !> whether the mesh turns around the axis x = 0; default: no; used with normals only
     logical, intent(in), optional :: is_round
     real(rk) :: middles(mesh%n_dim, size(facets)), radii(size(facets))
     integer :: i

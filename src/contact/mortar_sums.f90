@@ -96,7 +96,8 @@ contains
   end function has_row
 
   !> Computes w_jl, the share of each node of the second surface in the row of a node of the first one. The shares of owner k are
-  !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Their sum is 1, because the N_l sum up to 1.
+  !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Those up to 1e-12 in size are left out as rounding; the others
+  !> are scaled so that their sum is exactly 1.
   pure subroutine collect(self, owners, offsets, nodes, shares)
     class(mortar_sums_t), intent(in) :: self
     !> nodes of the first surface for which has_row is true
@@ -153,7 +154,7 @@ contains
     end do
   end subroutine sort_by_first
 
-  !> Sums some entries by their second node, nodes ascending.
+  !> Sums the values of some entries by their second node, nodes ascending.
   pure subroutine sum_by_node(self, entries, nodes, sums)
     class(mortar_sums_t), intent(in) :: self
     !> indices of the entries, 1-based

@@ -25,7 +25,8 @@ module sig_mortar_surfaces
 contains
 
   !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. A facet of which
-  !> less than 5 % faces the second surface does not count. Cost: O(n log n) in the number of facets.
+  !> less than 5 % faces the second surface within `limit`, or which has no dual functions (find_dual), only counts in sums%lost.
+  !> Cost: O(n log n) in the number of facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model
     !> number of nodes of the mesh
@@ -54,7 +55,8 @@ contains
     end do
   end subroutine integrate_mortar
 
-  !> Finds the facets of the second surface that the lines along the normals of a facet can meet.
+  !> Finds the facets of the second surface that the lines along the normals of a facet can meet: in space at any distance, in the
+  !> plane, where the lines may diverge, at least those within the search distance.
   subroutine find_candidates(first, i_facet, second, limit, near)
     type(mortar_side_t), intent(in) :: first
     integer, intent(in) :: i_facet
@@ -78,7 +80,8 @@ contains
     call second%balls%within(middle, radius, near, normal)
   end subroutine find_candidates
 
-  !> Adds the integrals of one facet over the points at which it faces the second surface.
+  !> Adds the integrals of one facet over the points at which it faces the second surface. integrate_mortar says what does not
+  !> count.
   !>
   !> A row has one normal n_j. The coefficients of a node are the values there, also those of a vector field, except with a changed
   !> basis: for u = g n on a round surface, the coefficient of a mid-side node along its normal is larger than g. Its gap must be
@@ -144,7 +147,8 @@ contains
     dual = spread(matmul(values, weights), 2, size(values, 1)) * dual
   end subroutine find_dual
 
-  !> Returns the gaps at the points between the curved surfaces that the linear facets represent.
+  !> Returns the gaps at the points between the curved surfaces that the linear facets represent: the gap between the facets less
+  !> the height (bulge_at) of either surface. That of the second one is divided by the cosine (at least 0.1) between the normals.
   pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
@@ -186,7 +190,7 @@ contains
     end associate
   end function bulge_at
 
-  !> Adds the integrals of Phi_j and Phi_j N_l.
+  !> Adds the integrals of Phi_j to sums%areas, and those of Phi_j N_l.
   subroutine add_shares(shapes, nodes, duals, second, points, sums)
     type(facet_shape_t), intent(in) :: shapes(:)
     !> nodes of the facet

@@ -53,7 +53,7 @@ contains
     shift%column = contact%obstacle%column
   end subroutine obstacle_gap
 
-  !> sum = sum + number * value.
+  !> sum = sum + number * value: the text, the constant, is_constant and uses_parameters.
   pure subroutine add_product(number, value, sum)
     real(rk), intent(in) :: number
     type(value_config_t), intent(in) :: value
@@ -65,7 +65,8 @@ contains
     sum%uses_parameters = sum%uses_parameters .or. value%uses_parameters
   end subroutine add_product
 
-  !> shape = shape - sqrt(max(R^2 - s^2, 0)), where s^2 sums the squares of q - (q . d) d, q = x - c.
+  !> shape = shape - sqrt(max(R^2 - s^2, 0)), where s^2 sums the squares of q - (q . d) d, q = x - c. Sets shape%uses_parameters:
+  !> whether R does, or a component of c that is not along d.
   pure subroutine take_off_cap(contact, direction, coordinate_names, shape)
     type(contact_config_t), intent(in) :: contact
     !> [-] unit vector d

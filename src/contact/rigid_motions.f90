@@ -257,7 +257,8 @@ contains
     end do
   end function work_size
 
-  !> Whether the closed contacts hold all the free motions; true if there are no free motions.
+  !> Whether the closed contacts, taken as equations, hold all the free motions in both directions; true if there are no free
+  !> motions.
   logical function are_held_by(self, is_closed)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_rows)
@@ -310,8 +311,8 @@ contains
     n_common = n_rigid_modes(size(self%coordinates, 1), .false.)
   end function n_common
 
-  !> Returns a rigid motion of all bodies as one, as a displacement field in natural order, shape (n_dofs). In any part of the mesh
-  !> it has nearly no energy.
+  !> Returns a rigid motion of all bodies as one, as a displacement field in natural order, shape (n_dofs). It has no strain energy,
+  !> except in axisymmetry, where this energy is small away from the axis.
   pure function common_field(self, i_mode) result(displacement)
     class(rigid_motions_t), intent(in) :: self
     !> 1 to n_common: the translations first, then the rotations

@@ -47,7 +47,7 @@ contains
     if (allocated(flags)) state%is_active = flags > 0
   end subroutine broadcast_state
 
-  !> Copies an array of the root to all other ranks. If the root has no array, the others have none afterwards.
+  !> Copies an array of the root to all other ranks. If the root has no array, the others have none afterwards. Collective.
   subroutine broadcast_values(values, root, comm, ierr)
     real(rk), allocatable, intent(inout) :: values(:)
     integer, intent(in) :: root
