@@ -112,8 +112,9 @@ contains
   !> Looks for a second solution of a problem that is already solved, by the active set method alone from another start.
   !>
   !> Nothing is found if the method meets the active set of the known solution, a set for the second time, or a set with a singular
-  !> matrix, or if it ends with the same multipliers or with a residual above accepted_residual. This does not prove that there is
-  !> only one solution. Nothing is allocated with a workspace and a solution that were used before for a problem of this size.
+  !> matrix, if it reaches its limit of steps (run_active_set), or if it ends with the same multipliers or with a residual above
+  !> accepted_residual. This does not prove that there is only one solution. Nothing is allocated with a workspace and a solution
+  !> that were used before for a problem of this size.
   subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -139,7 +140,7 @@ contains
       same_solution * max(maxval(other%lambda), maxval(known%lambda))
   end subroutine find_other_solution
 
-  !> Starts a solution of n zeros, without an answer yet.
+  !> Sets a solution to n zeros without an answer: its reason is reason_not_finite, its method lcp_active_set, its residual huge.
   pure subroutine start_solution(n, solution)
     integer, intent(in) :: n
     type(lcp_solution_t), intent(inout) :: solution
@@ -191,6 +192,7 @@ contains
   end subroutine try_block_pivoting
 
   !> Runs Lemke's method, then solves once with its last active set, because the tableau contains the rounding errors of all pivots.
+  !> If the matrix of this set is singular, the tableau's answer counts. is_done: the problem is solved.
   subroutine try_lemke(matrix, q, i_path, solution, workspace, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -213,8 +215,8 @@ contains
     call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_lemke
 
-  !> Chooses the positive covering vector of a path: the size of each row of W (path 1), ones (path 2), or numbers between 0.1 and
-  !> 1.1 by multiples of the golden ratio (later paths). They are scaled so that the largest entry is 1.
+  !> Chooses the positive covering vector of a path: the sum of |W_ij| of each row, the largest one for rows of zeros (path 1), ones
+  !> (path 2), or numbers between 0.1 and 1.1 by multiples of the golden ratio (later paths). The largest entry is scaled to 1.
   pure subroutine set_covering(matrix, i_path, covering)
     real(rk), intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path
@@ -234,7 +236,8 @@ contains
   end subroutine set_covering
 
   !> Takes lambda from the workspace, sets values that are negative or only rounding to zero, and checks the conditions: a residual
-  !> above accepted_residual gives reason_ill_conditioned. Where there is no answer, lambda is zero.
+  !> above accepted_residual gives reason_ill_conditioned. Where there is no answer, lambda is zero and the residual huge. is_done:
+  !> the reason is reason_converged in the end.
   pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -262,7 +265,7 @@ contains
   end subroutine finish
 
   !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the absolute
-  !> values of the terms of its row, with w = W lambda + q.
+  !> values of the terms of its row, with w = W lambda + q; huge if such a sum is not finite.
   pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

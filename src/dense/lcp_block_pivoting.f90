@@ -80,7 +80,8 @@ contains
     end associate
   end subroutine look_back
 
-  !> Chooses the indices to exchange: all wrong signs, or only the one with the highest index where no trials are left.
+  !> Chooses the indices to exchange: all wrong signs, or only the one with the highest index if they are not fewer than ever before
+  !> and no trials are left. Updates `fewest` and n_trials.
   pure subroutine choose_exchange(n_violated, is_violated, fewest, n_trials)
     integer, intent(in) :: n_violated
     !> on entry the wrong signs, on exit the indices to exchange

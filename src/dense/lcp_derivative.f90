@@ -92,7 +92,8 @@ contains
   end subroutine find_grazing
 
   !> Computes dz_G of the grazing rows and corrects dz_A of the active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG
-  !> and the change p of the openings of G without forces on G: dz_G >= 0, S dz_G + p >= 0, dz_G' (S dz_G + p) = 0.
+  !> and the change p of the openings of G without forces on G: dz_G >= 0, S dz_G + p >= 0, dz_G' (S dz_G + p) = 0. Sets
+  !> is_one_sided for each direction (some p is not zero), and is_singular if a problem has no solution.
   subroutine close_grazing(matrix, changes, active, grazing, factors, derivative)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: changes(:, :)

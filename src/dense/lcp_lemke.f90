@@ -114,7 +114,7 @@ contains
     i_row = 1
   end function first_row
 
-  !> Returns the variable lambda_i for w_i, and w_i for lambda_i.
+  !> Returns the variable lambda_i for w_i, and w_i for lambda_i. The numbers of the variables are i for w_i and n + i for lambda_i.
   pure function complement(variable, n) result(partner)
     integer, intent(in) :: variable
     integer, intent(in) :: n

@@ -111,7 +111,8 @@ contains
   end subroutine reserve_tableau
 
   !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of these numbers have a
-  !> wrong sign. The results are lambda, w and is_violated of the workspace; is_singular is true where W_AA is singular.
+  !> wrong sign. The results are lambda, w (0 in A) and is_violated of the workspace. Where W_AA is numerically singular,
+  !> is_singular is true and the results are of no use.
   !>
   !> Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine evaluate_set(matrix, q, is_active, workspace)

@@ -102,7 +102,8 @@ contains
     places = ((1 - self%nodes(1, :)) * self%lower(1) + (1 + self%nodes(1, :)) * self%upper(1)) / 2
   end function on_line
 
-  !> Computes the weights of the nodes at a place: the interpolated f(place) is the sum of weights times f(nodes).
+  !> Computes the weights of the nodes at a place, which may lie outside of the box: the interpolated f(place) is the sum of weights
+  !> times f(nodes).
   pure subroutine weights(self, place, values)
     class(polynomial_nodes_t), intent(in) :: self
     !> in the units of the variables, shape (n_variables)
@@ -153,7 +154,8 @@ contains
     end do
   end function number_of_polynomials
 
-  !> Returns the degrees of the first n polynomials in each variable, in the order of their total degree.
+  !> Returns the degrees of the first n polynomials in each variable, in the order of their total degree; of the same total degree
+  !> first those with the higher degree in the earlier variables.
   pure function degrees_up_to(n_variables, n) result(degrees)
     integer, intent(in) :: n_variables
     integer, intent(in) :: n
