@@ -38,7 +38,8 @@ contains
     has_weak_corners = minval(matmul(table%values, weights)) <= rounding
   end function has_weak_corners
 
-  !> Returns the matrix of N~ = matrix N; the identity for elements without mid-side nodes.
+  !> Returns the matrix that gives the functions of the changed basis from the shape functions, N~ = matrix N; the identity for
+  !> elements without mid-side nodes.
   pure function changed_basis(i_type) result(matrix)
     !> row of element_types
     integer, intent(in) :: i_type

@@ -55,8 +55,8 @@ contains
   end subroutine create_shape_table
 
   !> Computes shape_table_t%to_nodes for a quadratic element: a field of the linear element of the same shape is fitted to the
-  !> values at the points by least squares with these weights. There are no factors for linear elements, or with fewer points than
-  !> corners. Source: E. Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
+  !> values at the points by least squares with these weights. to_nodes is not allocated for linear elements, or with fewer points
+  !> than corners. Source: E. Hinton, J. S. Campbell, Int. J. for Num. Methods in Engineering 8 (1974) 461.
   pure subroutine extrapolate(i_type, points, weights, to_nodes)
     integer, intent(in) :: i_type
     real(rk), intent(in) :: points(:, :)
@@ -82,8 +82,8 @@ contains
     end associate
   end subroutine extrapolate
 
-  !> Returns the coefficients c [-] of the formula at the head of this file, shape (n_nodes, n_nodes): row j belongs to monomial j,
-  !> column i to shape function i.
+  !> Returns the coefficients c [-] of the shape functions, shape (n_nodes, n_nodes): shape function i is the sum over j of c(j, i)
+  !> times monomial j of the element type.
   pure function shape_coefficients(i_type) result(coefficients)
     !> row of element_types
     integer, intent(in) :: i_type
