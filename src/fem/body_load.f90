@@ -73,7 +73,7 @@ contains
     !> 1-based
     integer, intent(in) :: cells(:)
     integer, intent(in) :: component
-    !> [force/length**3] at the integration points of the cells
+    !> [force/length**3] at the integration points of the cells, cell by cell
     real(rk), intent(in) :: densities(:)
     !> [force] shape (n_dofs)
     real(rk), intent(out) :: forces(:)

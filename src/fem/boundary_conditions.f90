@@ -70,7 +70,8 @@ contains
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
-  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, then one for each lifted force.
+  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, then one for each term that
+  !> lifted_forces has entries of.
   pure integer function n_lifted_terms(self)
     class(boundary_conditions_t), intent(in) :: self
 

@@ -32,8 +32,8 @@ module sig_elastic_body
 
 contains
 
-  !> Makes the bodies: Hooke's matrices from the elastic constants, and the shape functions of all element types. Does not check the
-  !> constants.
+  !> Makes the bodies: Hooke's matrices from the elastic constants, and the shape functions of all element types but the point. Does
+  !> not check the constants.
   subroutine create_elastic_body(model, young_moduli, poisson_ratios, material_of_cell, body)
     !> name of a mechanical model
     character(*), intent(in) :: model

@@ -108,7 +108,8 @@ contains
     end do
   end function weighted
 
-  !> Chooses for each node the material with the largest volume around it; 0 for a node without cells.
+  !> Chooses for each node the material with the largest volume around it, of nearly equal ones the first; 0 for a node without
+  !> cells.
   pure subroutine choose_materials(mesh, body, volumes, materials)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -165,7 +166,7 @@ contains
     map%nodes = map%nodes(:last)
   end subroutine list_neighbors
 
-  !> Creates the map to the nodal strains: means over the cells around each node.
+  !> Creates the map to the nodal strains: means, weighted by volume, over the cells around each node that have its material.
   pure subroutine map_nodes(mesh, body, volumes, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -40,7 +40,8 @@ module sig_surface_load
 
 contains
 
-  !> Adds a pressure or a traction to the terms and patterns.
+  !> Adds a pressure or a traction to the terms and patterns. If a value is no sum of products of a function of the parameters and
+  !> one of the place, or if a bound of the window is not a number, it gets one term per loaded dof.
   !>
   !> Errors: unknown surface; a facet that is not the side of exactly one cell; a function of the place that is not finite.
   subroutine add_surface_load(mesh, load, deck_path, terms, term_of_dof, pattern, error)
