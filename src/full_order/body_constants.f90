@@ -156,9 +156,9 @@ contains
     call choose_variables(constants)
   end subroutine find_constants
 
-  !> Chooses whether the variables are the constants or their logarithms, and sets the ranges of the variables. A single constant is
-  !> taken as it is if its rate_of is at least `slowest`, so that its interpolation has an error bound. Otherwise logarithms are
-  !> taken.
+  !> Chooses whether the variables are the constants or their logarithms, and sets their ranges, with a margin of 1 % at both ends.
+  !> A single constant is taken as it is if its rate_of is at least `slowest`, so that its interpolation has an error bound.
+  !> Otherwise logarithms are taken.
   pure subroutine choose_variables(constants)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of(size(constants%numerators))

@@ -14,7 +14,8 @@ module sig_contact_summary
 contains
 
   !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces, the
-  !> number of its rows, and the smallest and the largest gap of all rows at all points. Gaps are left out without rows or points.
+  !> number of its rows (`nodes` with an obstacle, else `pairs`), and the smallest and the largest gap of all rows at all points.
+  !> Gaps are left out without rows or points.
   function contact_lines(deck, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
     !> rows with a multiplier

@@ -49,8 +49,8 @@ module sig_full_order
 
 contains
 
-  !> Reads the mesh and builds the problem of a deck. Does nothing if this was done before. Errors: those of load_problem, the same
-  !> on all ranks. Collective on all ranks.
+  !> Reads the mesh and builds the problem of a deck. Does nothing if this succeeded before. Must not be called again after an
+  !> error. Errors: those of load_problem, the same on all ranks. Collective on all ranks.
   subroutine load(self, deck, error, ierr)
     class(full_order_t), intent(inout) :: self
     type(deck_config_t), intent(in) :: deck

@@ -16,9 +16,9 @@ module sig_point_batches
 
 contains
 
-  !> Finds the points of one group and their batches. If all points share one stiffness, the groups get them in turn, because
-  !> neighbors take about the same time. Otherwise the points are sorted by their constants and cut into nearly equal shares. If
-  !> there are at least as many stiffnesses as groups, each cut is between two stiffnesses.
+  !> Finds the points of one group and their batches; the points of a batch share one stiffness. If all points share one stiffness,
+  !> the groups get them in turn, because neighbors take about the same time. Otherwise the points are sorted by their constants and
+  !> cut into nearly equal shares. If there are at least as many stiffnesses as groups, each cut is between two stiffnesses.
   pure subroutine deal_points(constants, i_group, n_groups, n_at_once, batches)
     !> what the stiffness depends on at each point, as varying_constants gives it, shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
