@@ -168,13 +168,13 @@ contains
     end do
   end function cell_contact
 
-  !> Computes the values at the owners of the rows. A further node of the first side has the value of its own row in the sum, or, if
-  !> it owns none, that of row k.
+  !> Computes the values at the owners for which the sum of share times value over the first side of each row is the row's value
+  !> of_rows. In this sum a further node has the value of its own row, or, if it owns none, that of the row of the sum.
   pure subroutine values_at_owners(rows, of_rows, is_along_normal, is_owner, values)
     type(contact_rows_t), intent(in) :: rows
     !> shape (n_rows)
     real(rk), intent(in) :: of_rows(:)
-    !> whether values are lengths along the normals of the rows, as gaps are
+    !> whether values are lengths along the normals of the rows, as gaps are: those of other rows are then projected on this normal
     logical, intent(in) :: is_along_normal
     !> shape (n_nodes)
     logical, intent(out) :: is_owner(:)
