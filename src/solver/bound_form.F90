@@ -218,8 +218,9 @@ contains
     PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY, ierr))
   end subroutine assemble
 
-  !> Returns the block of a row in T, or in its inverse, without the identity: -2 v v' - q s', or -2 v v' + e_j s'; shape
-  !> (size(own), dofs of the row).
+  !> Returns the block of a row in T, or in its inverse, without the identity: -2 v v' - q s', or -2 v v' + e_j s', with v of
+  !> `reflectors`, s of `shares`, the unit vector e_j of the bounded dof and q = (I - 2 v v') e_j; shape (size(own), dofs of the
+  !> row).
   pure function block_of_row(self, system, k, own, is_inverse) result(block)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

@@ -123,7 +123,7 @@ contains
     end associate
   end subroutine close_anchors
 
-  !> Adds columns of zeros, because gaps that have terms of their own move the bodies that anchors hold.
+  !> Adds columns of zeros up to n_columns, because gaps that have terms of their own move the bodies that anchors hold.
   pure subroutine add_columns(matrix, n_columns)
     real(rk), allocatable, intent(inout) :: matrix(:, :)
     integer, intent(in) :: n_columns

@@ -27,7 +27,8 @@ module sig_holding
 
 contains
 
-  !> Adds closed pairs to the wanted set until it holds the bodies. Those with the largest multipliers come first: they pull least.
+  !> Adds closed pairs to the wanted set until it holds the bodies, each time one that holds a further motion. Those with the
+  !> largest multipliers come first: they pull least.
   pure subroutine keep_hold(motions, is_closed, multipliers, wanted)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies, shape (n_rows)

@@ -32,7 +32,7 @@ contains
     end do
   end subroutine refuse_unused_options
 
-  !> Returns the prefix of the options of a solver, with its minus.
+  !> Returns the prefix of the options of a solver, with its minus: `-active_set_`, `-vi_` for snesvi, `-fom_` for all others.
   pure function prefix_of(solver_type) result(prefix)
     character(*), intent(in) :: solver_type
     character(:), allocatable :: prefix

@@ -46,9 +46,9 @@ module sig_solver_plan
 
 contains
 
-  !> Chooses solver and linear solver: those of the deck, or for `auto` by size. message is allocated if the deck asks for something
-  !> that is not possible: condensed with more than 5000 multipliers, snesvi where only contact holds a body, or snesvi with gamg
-  !> and a PETSc before 3.19. Otherwise it is not allocated.
+  !> Chooses solver and linear solver: those of the deck, or for `auto` by `sizes`, among them the number of points with one
+  !> stiffness. message is allocated if the deck asks for something that is not possible: condensed with more than 5000 multipliers,
+  !> snesvi where only contact holds a body, or snesvi with gamg and a PETSc before 3.19. Otherwise it is not allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
     !> section solver of the deck
     type(solver_config_t), intent(in) :: config
