@@ -64,7 +64,7 @@ CAPTIONS = {
 
 
 def build_page(results: Results, log: Log) -> str:
-    """Returns the page as HTML. Pictures that cannot be drawn are left out.
+    """Returns the page as HTML. Figures that cannot be drawn are left out. `log` shows the progress of the pictures.
 
     InputError if report.yaml is missing or damaged, or if there is a check.h5 that cannot be used.
     """
@@ -104,7 +104,7 @@ def _verdict(report: dict[str, Any]) -> str:
 
 
 def _remarks(report: dict[str, Any]) -> Iterator[str]:
-    """Yields the warnings of all sections of the report, then the notes."""
+    """Yields lines of HTML: the warnings of all sections of the report, then the notes."""
     for heading, keys in {"Warnings": ("warning", "warnings"), "Notes": ("notes",)}.items():
         found: list[str] = []
         for section in map(mapping, report.values()):
@@ -135,12 +135,12 @@ def _parameters(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _has_domain(report: dict[str, Any]) -> bool:
-    """Returns whether the model has a reduced integration domain, which only hyper-reduced models have."""
+    """Returns whether the model is hyper-reduced and so has a RID; true also if the report does not say its kind."""
     return mapping(report.get("reduction")).get("kind", "hhr") == "hhr"
 
 
 def _model(report: dict[str, Any]) -> dict[str, Any]:
-    """Returns the section `reduction` of the report without the clusters, and without entries that do not apply."""
+    """Returns the section `reduction` of the report without clusters, and without `dirichlet` if there is no RID."""
     left_out = {"clusters"} if _has_domain(report) else {"clusters", "dirichlet"}
     return {key: value for key, value in mapping(report.get("reduction")).items() if key not in left_out}
 
@@ -173,7 +173,7 @@ def _errors(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _contacts(report: dict[str, Any]) -> Iterator[str]:
-    """Yields a table with one row for each contact of each full-order point."""
+    """Yields a heading and a table with one row for each contact of each full-order point; nothing without rows."""
     units = mapping(report.get("units"))
     rows = []
     for point in map(mapping, mapping(report.get("points")).values()):
@@ -188,7 +188,10 @@ def _contacts(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _pictures(results: Results, log: Log) -> Iterator[str]:
-    """Yields the pictures for which the folder has the files."""
+    """Yields, as HTML, the pictures for which the folder has the files, first those of check.h5.
+
+    InputError if there is a check.h5 that cannot be used.
+    """
     with TemporaryDirectory() as name:
         folder = Path(name)
         paths: list[Path] = []
@@ -207,7 +210,7 @@ def _pictures(results: Results, log: Log) -> Iterator[str]:
 
 
 def _caption(stem: str) -> str:
-    """Returns the caption of a figure: the text of CAPTIONS, and the number of the contact or cluster if it has one."""
+    """Returns the caption of the picture <stem>.png: the text of CAPTIONS and the number of a contact or cluster."""
     for name, caption in CAPTIONS.items():
         if stem == name or stem.startswith(f"{name}_"):
             return " ".join([caption, stem[len(name) :].replace("_", " ").strip()]).strip()
@@ -229,7 +232,7 @@ def _provenance(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _table(titles: list[str], rows: Iterable[list[str]]) -> str:
-    """Returns a table in HTML; the first column has texts, and the others have numbers."""
+    """Returns a table in HTML; the columns after the first one are set as numbers. Without `titles` it has no head."""
     head = "".join(f"<th>{escape(title)}</th>" for title in titles)
     lines = [f"<tr>{head}</tr>"] if titles else []
     for first, *others in rows:

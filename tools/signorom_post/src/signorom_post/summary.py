@@ -41,7 +41,8 @@ ABSENT = "-"
 def format_summary(report: dict[str, Any]) -> str:
     """Returns the tables of sizes, reduction, errors, times, speed-up and contacts as text.
 
-    `report` is the contents of report.yaml. Sections that it does not have are left out.
+    `report` is the contents of report.yaml. The title of the deck and the version come first. Sections that the report
+    does not have are left out; if it has none of them, a sentence says so.
     """
     blocks = [_heading(report)]
     for key, heading in SECTIONS.items():
@@ -76,7 +77,8 @@ def _heading(report: dict[str, Any]) -> str:
 def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
     """Yields the name and the text of each value in nested mappings, without empty lists.
 
-    `path` is the section's key, by which NAMES are found; `show` returns the text of a value. A section that is no
+    `path` is the section's key, by which NAMES are found; `show` returns the text of a value. A name has the names of
+    the mappings around it in front, with commas. Of statistics only median and maximum are shown. A section that is no
     mapping is one value with an empty name.
     """
     if not isinstance(section, dict):
@@ -105,7 +107,7 @@ def _table(heading: str, entries: list[tuple[str, str]]) -> str:
 
 
 def _cluster_table(clusters: dict[str, dict[str, Any]]) -> str:
-    """Returns a table with one row per quantity and one column per cluster."""
+    """Returns a table with one row per quantity and one column per cluster; `clusters`: number -> its section."""
     keys = dict.fromkeys(key for cluster in clusters.values() for key in cluster)
     rows = [["Cluster", *map(str, clusters)]]
     for key in keys:
@@ -159,7 +161,7 @@ def mapping(value: Any) -> dict[Any, Any]:
 
 
 def _error_table(heading: str, section: dict[str, Any]) -> str:
-    """Returns a table with one row per error, and below it the other entries of the report about an error."""
+    """Returns a table with one row per error, and below it what else the report says about an error, but for 0."""
     rows, remarks = [], []
     for name, statistics in section.items():
         if statistics is None:
@@ -188,7 +190,11 @@ def _error_table(heading: str, section: dict[str, Any]) -> str:
 
 
 def value_text(value: Any) -> str:
-    """Returns the text of a value of the report: `-` for none, yes or no, a number with four digits, or a list."""
+    """Returns the text of a value of the report.
+
+    That is `-` for none, yes or no, a whole number with all digits, another number (also a text that is a number) with
+    four significant digits, the values of a list with semicolons, and else the text itself.
+    """
     if value is None:
         return ABSENT
     if isinstance(value, bool):
@@ -202,13 +208,13 @@ def value_text(value: Any) -> str:
 
 
 def error_text(value: Any) -> str:
-    """Returns the text of an error with two digits, such as 1.2e-03; `-` if there is none."""
+    """Returns the text of an error with two digits, such as 1.2e-03, or inf or nan; `-` if there is no number."""
     number = as_number(value)
     return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
 
 
 def duration(value: Any) -> str:
-    """Returns the text of a time in seconds with a suitable unit: 21.3 us, 1.50 ms, 12.3 s, 2 min 5 s.
+    """Returns the text of a time in seconds with a suitable unit: 800 ns, 21.3 us, 1.50 ms, 119 s, 2 min 5 s.
 
     A value that is no time (no number, negative, not finite) has the text of `value_text`.
     """

@@ -34,7 +34,7 @@ def worst_of_alike(figures: Sequence[VerifiedFigure]) -> list[VerifiedFigure]:
     """Returns the rows with groups of similar rows replaced by one row, which says how many there are.
 
     Similar rows have the kind `at_most`, have passed, and have the same problem, source and limit. The row that stays
-    has the largest number.
+    is the one with the largest number found.
     """
     groups: dict[tuple[object, ...], list[VerifiedFigure]] = {}
     for i_row, figure in enumerate(figures):
@@ -70,7 +70,7 @@ def format_markdown(figures: Sequence[VerifiedFigure]) -> str:
 
 
 def write_csv(figures: Sequence[VerifiedFigure], path: Path) -> None:
-    """Writes the texts of the table as CSV. OSError if the file cannot be written."""
+    """Writes the texts of the whole table as CSV, with a header. OSError if the file cannot be written."""
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([HEADINGS[:-1] + ("result",), *table_of(figures)])
 
@@ -101,11 +101,14 @@ def _allowed(figure: VerifiedFigure) -> str:
 
 
 def _share(value: float, sign: str = "") -> str:
-    """Returns a share in percent, or as a power of ten if it is below 1e-5: 2 %, +0.013 %, -3e-11."""
+    """Returns a share in percent, or as it is with one digit if its size is below 1e-5: 2 %, +0.013 %, -3e-11.
+
+    `sign` is "+" if a positive number gets a sign, else empty.
+    """
     is_legible = value == 0 or abs(value) >= 1e-5
     return f"{_number(100 * value, 2, sign)} %" if is_legible else _number(value, 1, sign)
 
 
 def _number(value: float, n_digits: int, sign: str = "") -> str:
-    """Returns a number with `n_digits` significant digits, and exponents without zeros in front: 1e-9, not 1e-09."""
+    """Returns a number with `n_digits` significant digits, and exponents without a zero in front: 1e-9, not 1e-09."""
     return f"{value:{sign}.{n_digits}g}".replace("e-0", "e-").replace("e+0", "e+")

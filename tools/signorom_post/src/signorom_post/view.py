@@ -51,7 +51,7 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
     """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
 
     The files are in the folder `output`, which must exist. A field that is zero everywhere gets no picture. InputError
-    if VTK or the displacement is missing.
+    if VTK or the displacement is missing, OSError if a file cannot be written.
     """
     if find_spec("vtk") is None:
         raise InputError(
@@ -77,7 +77,7 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
 
 
 def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
-    """Returns a script for pvpython that makes pictures of the same point from fields.xdmf.
+    """Returns a script for pvpython that makes pictures of this point of fields.xdmf: displacement, stress and domain.
 
     `scale` is the factor of the displacements; `script` is the path of the script, beside which it writes its pictures.
     """

@@ -93,7 +93,10 @@ def figure_17(study: Study) -> Outcome:
 
 
 def table_2(study: Study) -> Outcome:
-    """Returns table 2: the errors at the two points of Table 1, with three clusters and a hat on every contact pair."""
+    """Returns table 2: the errors at the two points of Table 1, with three clusters and a hat on every contact pair.
+
+    A row also has kappa and the sizes of the basis of the cluster that was chosen at its point.
+    """
     results = local_bases(study)
     validation = results.validation
     table: list[Row] = []

@@ -22,7 +22,7 @@ def count(value: float) -> str:
 
 
 def number(value: float) -> str:
-    """Returns the text of a number with two significant digits."""
+    """Returns the text of a number rounded to two significant digits; inf or nan."""
     return format_number(float(f"{value:.2g}"))
 
 
@@ -109,7 +109,7 @@ def at_most(value: float, factor: float) -> tuple[float, float]:
 
 
 def text_table(comparisons: Sequence[Comparison]) -> str:
-    """Returns the table with aligned columns for a terminal, and the notes and remarks below it."""
+    """Returns the table with aligned columns for a terminal, and the counts, notes and remarks below it."""
     rows = [list(COLUMNS), *(comparison.cells() for comparison in comparisons)]
     widths = [max(len(row[i]) for row in rows) for i in range(len(COLUMNS))]
     lines = [
@@ -127,7 +127,7 @@ def markdown_table(comparisons: Sequence[Comparison]) -> str:
 
 
 def rows_for_csv(comparisons: Sequence[Comparison]) -> list[dict[str, object]]:
-    """Returns the rows of the table with all digits: column name -> number or text."""
+    """Returns a row per comparison with all digits: column name -> number or text, empty for None."""
     return [
         {
             "where": item.where,

@@ -21,7 +21,7 @@ RANK_REMARK = (
 
 
 def figure_3(study: Study) -> Outcome:
-    """Returns figure 3: errors of contact forces and of displacements over kappa, with hat functions only."""
+    """Returns figure 3: errors of contact forces and of displacements over kappa, without extra modes (34 pairs)."""
     history, rows = _series(study, 0)
     series = _error_series(history, rows, 0)
     return Outcome({"fig03": rows}, {"fig03": errors_and_kappa(series)})
@@ -41,7 +41,7 @@ def figure_10(study: Study) -> Outcome:
 
 
 def _series(study: Study, extra: int) -> tuple[History, list[Row]]:
-    """Returns the whole enrichment, and one row with the errors before the first hat and after each hat."""
+    """Returns the whole enrichment with `extra` modes, and a row of errors before the first and after each hat."""
     whole = Variant(DOMAIN, 1.0, extra_modes=extra)
     history = history_of(study.runs.results([whole])[0])
     parts = [Variant(DOMAIN, 1.0, max_hats=k, extra_modes=extra) for k in range(history.n_hats)]

@@ -61,7 +61,10 @@ def figure_16(study: Study) -> Outcome:
 
 
 def _table(curves: list[Decay]) -> list[Row]:
-    """Returns one row per number of modes. A cluster's cells are empty beyond its number of singular values."""
+    """Returns a row per number of modes, from 0, with singular value and energy tail of each curve.
+
+    The first curve is that of all snapshots. The cells of a cluster are empty beyond its number of singular values.
+    """
     names = ["", *(f"_of_cluster_{i}" for i in range(1, len(curves)))]
     table: list[Row] = [{"modes": i} for i in range(len(curves[0].singular_values) + 1)]
     for name, curve in zip(names, curves, strict=True):

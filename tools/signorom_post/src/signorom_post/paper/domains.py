@@ -71,7 +71,10 @@ def _domains(study: Study, domains: dict[str, int]) -> Outcome:
 
 
 def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
-    """Returns a row for each node, contact pair and cell of the domain, with its number (from 1) and its place [mm]."""
+    """Returns a row for each seed node, facing node, contact pair and cell of the domain: what it is, its number, place.
+
+    Numbers count from 1; places are r and z [mm]: of a contact pair those of its owner, of a cell those of its center.
+    """
     places = fields.mesh.coordinates
     centers = [places[cell].mean(axis=0) for cell in fields.mesh.cells]
     kinds = {
@@ -96,7 +99,8 @@ def domains_of_clusters(
 ) -> Outcome:
     """Returns pictures and tables of the reduced integration domains of at most three local models.
 
-    Their numbers of modes and of contact pairs are compared with those of the paper; `remark` goes into each comparison.
+    Their numbers of modes and of contact pairs are compared with those of the paper; `remark` goes into each
+    comparison.
 
     `where` is the figure of the paper, such as `Fig. 17`: names of tables and pictures are then `fig17a`, `fig17b`, ...
     `papers` are the numbers in the paper, one entry per cluster in the order of `clusters`.

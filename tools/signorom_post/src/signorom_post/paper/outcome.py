@@ -48,7 +48,7 @@ Entry = Callable[[Study], Outcome]
 
 
 def errors_at(results: Results, point: tuple[float, float]) -> tuple[float, float]:
-    """Returns the primal error, and the dual error on the reduced domain, at a test point.
+    """Returns the primal error, and the dual error on the reduced domain, at a test point; 1 is 100 %.
 
     `point` is the pressure [MPa] and the height [mm]. InputError if it is not a test point.
     """

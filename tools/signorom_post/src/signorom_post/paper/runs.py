@@ -62,9 +62,10 @@ class Runs:
         self._is_stopped = False
 
     def results(self, variants: Sequence[Variant]) -> list[Results]:
-        """Returns the results of these variants in the same order; runs that are missing are done first.
+        """Returns the results of these variants in the same order.
 
-        InputError if a run fails, OSError if a file cannot be written.
+        Runs that have not finished with the same program, mesh and deck are done first, and so are those that make
+        their snapshots. InputError if a run fails, OSError if a file cannot be written.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]
@@ -109,7 +110,10 @@ class Runs:
                 raise
 
     def _follow(self, jobs: dict[Future[float], Job], progress: Progress) -> None:
-        """Reports each run that has ended, and the last line of one that is still at work."""
+        """Reports each run that has ended, and the last line of one that is still at work, until all have ended.
+
+        InputError if a run failed.
+        """
         left = set(jobs)
         while left:
             ended, left = wait(left, LOOK_INTERVAL, return_when=FIRST_COMPLETED)
@@ -121,7 +125,10 @@ class Runs:
             progress.advance(len(jobs) - len(left), said)
 
     def _run(self, job: Job) -> float:
-        """Runs the program in the job's folder and returns the seconds that it took; InputError if the run failed."""
+        """Runs the program in the job's folder and returns the seconds that it took; InputError if the run failed.
+
+        It returns 0 if the runs were stopped; the job then does not count as finished.
+        """
         start = time.monotonic()
         self._prepare(job)
         log = job.folder / "log.txt"
@@ -150,7 +157,10 @@ class Runs:
         return time.monotonic() - start
 
     def _prepare(self, job: Job) -> None:
-        """Makes the folder with the deck. If it has an interrupted run with the same inputs, this run will continue."""
+        """Makes the job's folder with deck, link and checksum.
+
+        A folder with other inputs is deleted first. An interrupted run with the same inputs will continue.
+        """
         if not self._is_same(job):
             shutil.rmtree(job.folder, ignore_errors=True)
         job.folder.mkdir(parents=True, exist_ok=True)

@@ -62,7 +62,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """Name of the folder of this variant, different for each variant."""
+        """Path of the folder of this variant below the folder of all runs, different for each variant."""
         of_what = f"rid{self.domain}" if self.n_clusters is None else f"clusters{self.n_clusters}"
         parts = [of_what, f"plus{self.extra_modes}"]
         if self.training != GRID:
@@ -122,7 +122,7 @@ class Variant:
 
 
 def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
-    """Returns a copy of a deck with training points of this kind, GRID or IRREGULAR."""
+    """Returns a copy of a deck: with IRREGULAR_POINTS for `training` IRREGULAR, with its own points for GRID."""
     deck = copy.deepcopy(deck)
     if training == IRREGULAR:
         deck["training"] = IRREGULAR_POINTS

@@ -36,8 +36,8 @@ NEGLIGIBLE = 1e-9
 def check_bodies(check: CheckFile) -> Figure:
     """Returns a figure of the bodies with supports, loads and boundaries, in the plane or in space.
 
-    A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows.
-    Named boundaries have numbers.
+    A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows,
+    of some nodes if there are many. Named boundaries have numbers. In space, what the bodies hide is not drawn.
     """
     return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
 
@@ -151,7 +151,7 @@ def _number_boundaries(
     """Writes the number of each named boundary next to its middle node, shifted into the body.
 
     `flat`: places of the nodes in the picture; `seen`: nodes that the viewer sees; `outward`: outward normals in the
-    picture.
+    picture. Only facets whose nodes are all seen count; a boundary without them gets no number.
     """
     shift = 0.035 * float(np.ptp(flat, axis=0).max())
     for number in range(1, len(check.names["boundaries"]) + 1):
@@ -175,7 +175,7 @@ def _number_boundaries(
 
 
 def _draw_supports(axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray | None = None) -> None:
-    """Draws one mark per node and prescribed component."""
+    """Draws one mark per node and prescribed component, at the nodes `seen` (default: all); `flat`: places of nodes."""
     for component in range(check.mesh.n_dim):
         nodes = np.flatnonzero(check["prescribed"][:, component])
         style = _support_style(check, component, len(nodes))
@@ -203,9 +203,11 @@ def _draw_arrows(
     outward: FloatArray,
     seen: IntArray | None = None,
 ) -> None:
-    """Draws loads and prescribed displacements as arrows.
+    """Draws loads and prescribed displacements as arrows, at some of the nodes `seen` (default: all) if they are many.
 
     An arrow ends at its node where it points into the body, and starts there where it points out of the body.
+    `flat`, shape (n_nodes, 2): places of the nodes in the picture; `directions`, shape (2, 3): its two axes in space;
+    `outward`, shape (n_nodes, 3): outward normals, zero at nodes inside of the bodies.
     """
     for name, color in (("load", VERMILLION), ("prescribed_displacement", BLUE)):
         vectors = check[name]

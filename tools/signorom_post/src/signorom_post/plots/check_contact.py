@@ -95,7 +95,10 @@ def _solid(check: CheckFile, entry: int) -> Figure:
 
 
 def _room(flat: FloatArray, points: FloatArray) -> FloatArray:
-    """Returns two points that widen the picture of a surface which the viewer sees from the side; shape (2, 3)."""
+    """Returns two points that widen the picture of a surface which the viewer sees from the side; shape (2, 3).
+
+    `points` are nodes of the surface, and `flat` their places in the picture.
+    """
     width, height = np.ptp(flat, axis=0)
     aside = 0.5 * max(width, LEAST_WIDTH * height) * view()[0]
     middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0)) @ view()[:2]
@@ -135,7 +138,7 @@ def _of_facets(check: CheckFile, facets: list[IntArray]) -> FloatArray:
 
 
 def _owners(check: CheckFile, entry: int) -> IntArray:
-    """Returns the nodes of the first surface that have a contact row."""
+    """Returns the nodes that own a contact row of this contact, inert pairs included."""
     return np.flatnonzero((check["contact_row"] > 0) & (check["contact_entry"] == entry))
 
 
@@ -202,7 +205,7 @@ def _inert(check: CheckFile, entry: int) -> IntArray:
 
 
 def _finish(figure: Figure, axes: Axes, check: CheckFile, entry: int, gaps: Normalize) -> None:
-    """Adds the title, the legend and the color scale of the gaps."""
+    """Adds the title, the legend and the color scale of the gaps; of a constant gap the legend has the number."""
     owners, alone, inert = _owners(check, entry), _alone(check, entry), _inert(check, entry)
     title = f"contact {entry}: {check.names['contacts'][entry - 1]}"
     if check.mesh.n_dim == 3:

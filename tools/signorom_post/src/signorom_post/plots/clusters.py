@@ -19,8 +19,9 @@ N_BARS = 20
 def clusters(validation: Validation, model: Model) -> Figure:
     """Returns a square of panels, one row and one column per parameter; each cluster has its color.
 
-    Below the diagonal: test points in the color of the cluster that answered. Above it: snapshots of each cluster. A
-    ring is a snapshot that belongs to an earlier cluster, too. On the diagonal: the clusters' shares of the answers.
+    Below the diagonal: test points in the color of the cluster that was chosen. Above it: snapshots of each cluster. A
+    ring is a snapshot that belongs to an earlier cluster, too. On the diagonal: the clusters' shares of the test points
+    in each twentieth of the trained range.
     """
     names = model.parameter_names
     points = validation.parameters[:, [validation.parameter_names.index(name) for name in names]]

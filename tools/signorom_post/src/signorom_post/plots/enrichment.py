@@ -17,7 +17,8 @@ def enrichment(histories: list[History]) -> Figure:
     """Returns a figure. Left: kappa over the size of the basis. Right: the condition number of the reduced stiffness.
 
     Kappa is infinite until the contact rows have full rank. Open circles then show the ratio of the largest singular
-    value to the smallest one that is not zero. For a model without clusters, a dashed line marks the first full rank.
+    value to the smallest one that is not zero. For a model without clusters, a dashed line marks the first full rank if
+    it needs hats.
     """
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)

@@ -32,7 +32,7 @@ class ErrorSeries:
 
 
 def errors_and_kappa(series: ErrorSeries) -> Figure:
-    """Returns a figure of both errors over kappa: dual error on the left, primal error on the right."""
+    """Returns a figure of both errors over kappa, where kappa is finite: dual error on the left, primal on the right."""
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)
     for axes, values, text in (

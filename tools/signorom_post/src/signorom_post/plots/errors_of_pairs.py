@@ -25,7 +25,8 @@ def errors_of_pairs(validation: Validation, texts: list[str]) -> Figure:
     """Returns a square of panels, one row and one column per parameter; `texts` are the labels of the parameters.
 
     Below the diagonal: multiplier errors over each pair of parameters. Above it: displacement errors. On the diagonal:
-    both errors over one parameter. Where points overlap, the larger error is on top.
+    both errors over one parameter. Where points overlap, the larger error is on top. Off the diagonal, a cross is a
+    point whose error is zero, infinite or not defined.
     """
     panels = PairPanels(texts, "error")
     points = validation.parameters

@@ -23,8 +23,9 @@ def initial_and_deformed(
     """Returns a figure of the mesh at rest and of the displaced mesh at one point, on equal axes.
 
     `color` says what the colors show. `displacement`: the magnitude of the displacement everywhere. `contact`: the
-    contact pressure on the contact nodes; nodes of open contacts are white. Small displacements are multiplied by a
-    round factor that the title names. `names` are the names of the axes.
+    contact pressure on the contact nodes; nodes without pressure, and all on the mesh at rest, are white. Small
+    displacements are multiplied by a round factor that the title names. `names` are the names of the axes. InputError
+    if the point does not have the field.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")

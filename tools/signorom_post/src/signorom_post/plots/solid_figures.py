@@ -23,7 +23,8 @@ MAX_PANELS = 4
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
     """Returns a figure of the outer faces before and after the deformation at one point.
 
-    `color` says what the colors show: `displacement`, its magnitude, or `contact`, the contact pressure.
+    `color` says what the colors of the latter show: `displacement`, its magnitude, or `contact`, the contact pressure.
+    Small displacements are multiplied by a factor that the title names. InputError if the point lacks the field.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
@@ -91,8 +92,8 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
 def contact_surface(fields: FieldFile) -> Figure:
     """Returns a figure of the contact pressure on the first surface, with one column per point, at most four.
 
-    The pressure of a row is its contact force divided by its area. The full order is above, and the reduced model below
-    it if there is one.
+    The points are spread over those with full-order forces; there must be one. The pressure of a row is its contact
+    force divided by its area. The full order is above, and the reduced model below it if there is one.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = [points[i] for i in sorted({round(i) for i in np.linspace(0, len(points) - 1, MAX_PANELS)})]

@@ -49,7 +49,8 @@ def draw_surface(
 ) -> PolyCollection:
     """Draws the faces that point towards the viewer, the far ones first, and returns the polygons.
 
-    `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values.
+    `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values, which the
+    light makes darker.
     """
     towards = view() if towards is None else towards
     corners = points[faces.nodes]

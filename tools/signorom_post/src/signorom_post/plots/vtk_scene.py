@@ -42,8 +42,8 @@ class Scene:
     def draw(self, name: str, title: str, caption: str, path: Path, on_contact: bool) -> None:
         """Writes one picture to `path` (PNG), colored by the field `name` of nodes or cells; a vector by its length.
 
-        `on_contact`: only the contact surfaces are colored, else the bodies. `title` stands above the color bar, and
-        `caption` in the corner.
+        `on_contact`: only the contact surfaces are colored, else the bodies. `title` stands above the color bar with
+        the unit, and `caption` in the corner. OSError if the picture cannot be written.
         """
         quantity = self._point.fields[name]
         values = quantity.values if quantity.values.ndim == 1 else np.linalg.norm(quantity.values, axis=1)
@@ -85,7 +85,7 @@ def _points(points: FloatArray) -> "vtk.vtkPoints":
 
 
 def _contact_facets(fields: FieldFile) -> list[IntArray]:
-    """Returns the outer edges or faces whose nodes all have a contact row."""
+    """Returns the outer edges or faces whose corners all own a contact row."""
     if fields.mesh.n_dim == 2:
         edges = fields.mesh.boundary_edges
         return list(edges[np.isin(edges, fields.contact.owners).all(axis=1)])

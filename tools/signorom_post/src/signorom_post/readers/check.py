@@ -33,7 +33,7 @@ class CheckFile:
     label: str
     #: nodes of each cell of any kind, in the order in which a picture joins them by lines
     cells: list[IntArray]
-    #: name -> field, of cells with shape (n_cells), or of nodes with shape (n_nodes) or (n_nodes, 3)
+    #: name -> field, of `cells` with shape (n_cells), or of nodes with shape (n_nodes) or (n_nodes, 3)
     fields: dict[str, Quantity]
     #: key of NAMES -> names of the materials, regions and so on
     names: dict[str, list[str]]
@@ -73,7 +73,7 @@ def find_check_file(path: Path) -> Path:
 
 
 def read_check(path: Path) -> CheckFile:
-    """Returns the contents of check.h5; InputError if the file is missing, damaged or without a set-up."""
+    """Returns the contents of the file `path`; InputError if it is missing, damaged, or without a set-up or bodies."""
     try:
         with Hdf5Input(path) as file:
             file.check_format("signorom fields", 3)

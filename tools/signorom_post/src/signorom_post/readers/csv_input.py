@@ -41,7 +41,10 @@ class CsvInput:
         self._rows = rows[1:]
 
     def texts(self, name: str) -> list[str]:
-        """Returns a column as texts, one per row. InputError if a row has another number of values than the header."""
+        """Returns a column as texts, one per row, without blanks at both ends; empty lines are no rows.
+
+        `name` must be in the header. InputError if a row has another number of values than the header.
+        """
         i_column = self.header.index(name)
         for i_line, row in self._rows:
             if len(row) != len(self.header):
@@ -52,7 +55,8 @@ class CsvInput:
     def numbers(self, name: str) -> FloatArray:
         """Returns a column as numbers, nan where a cell is empty; shape (n_rows).
 
-        InputError if a text is not a number, or if a row has another number of values than the header.
+        `name` must be in the header. InputError if a text is not a number, or if a row has another number of values
+        than the header.
         """
         texts = self.texts(name)
         values = np.empty(len(texts))

@@ -19,7 +19,8 @@ class History:
     """The enrichment of one cluster. Arrays have the shape (n_hats + 1): before the first hat, and after each hat."""
 
     cluster: int
-    #: contact pair and node of each hat, from 1; 0 before the first hat
+    #: contact row and node of each hat, from 1, in the order of the contacts and of the mesh file; 0 before the first
+    #: hat
     pairs: IntArray
     nodes: IntArray
     #: number of POD modes and hats: l-bar of the paper

@@ -83,7 +83,7 @@ class FieldFile:
 
     @property
     def contact_faces(self) -> Faces:
-        """Outer faces of solid cells whose nodes all own a contact row."""
+        """Outer faces of solid cells whose corners all own a contact row."""
         faces = self.mesh.outer_faces
         return faces.take(np.flatnonzero(np.isin(faces.nodes, self.contact.owners).all(axis=1)))
 

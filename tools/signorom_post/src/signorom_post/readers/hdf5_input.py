@@ -154,7 +154,7 @@ class Hdf5Input:
         return texts[0] if texts else ""
 
     def texts(self, name: str) -> list[str]:
-        """Returns the texts of a dataset without blanks at their ends, numbers as text; InputError if it is missing."""
+        """Returns the texts of a dataset without blanks behind them, numbers as text; InputError if it is missing."""
         values = np.atleast_1d(np.asarray(self._raw(name), dtype=object)).ravel()
         return [_to_text(value) for value in values]
 

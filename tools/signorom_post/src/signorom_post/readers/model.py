@@ -48,7 +48,7 @@ class Model:
     force_unit: str
     parameter_names: list[str]
     parameter_units: list[str]
-    #: limits of the trained box, shape (n_parameters)
+    #: limits of the trained box [unit of each parameter], shape (n_parameters)
     minimum: FloatArray
     maximum: FloatArray
     #: shape (n_training_points, n_parameters)
@@ -57,7 +57,7 @@ class Model:
     clusters: list[Cluster]
     #: tolerance of the POD: the basis may lose less than this share of the energy (20)
     pod_tolerance: float
-    #: the deck, from its YAML text; empty if the text is not YAML
+    #: the effective deck; empty if its text is not YAML
     deck: dict[str, Any]
 
     @property
@@ -67,7 +67,7 @@ class Model:
 
     @property
     def axis_names(self) -> tuple[str, str]:
-        """Names of the first two coordinates."""
+        """Names of the first two coordinates: r and z if the model is axisymmetric, else x and y."""
         return ("r", "z") if self._mechanical_model == "axisymmetric" else ("x", "y")
 
     @property

@@ -40,7 +40,11 @@ def cells_of_mixed(
 
 
 def drawn_nodes(nodes: IntArray, n_dim: int) -> IntArray:
-    """Returns the nodes of a cell for pictures: along a line, around a plane cell, the corners of a solid cell."""
+    """Returns the nodes of a cell for pictures: along a line, around a plane cell, the corners of a solid cell.
+
+    `nodes` are in gmsh's order, and `n_dim` is the dimension of the cell. Around a quadratic plane cell come middles of
+    sides and corners in turn, without a node inside.
+    """
     if n_dim == 3:
         return nodes[: 4 if len(nodes) in (4, 10) else 8]
     if n_dim < 2:

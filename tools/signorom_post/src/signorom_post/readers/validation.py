@@ -31,7 +31,7 @@ class Validation:
     parameter_names: list[str]
     #: values of the parameters, shape (n_points, n_parameters)
     parameters: FloatArray
-    #: name -> column of numbers, shape (n_points); an error is nan if it is not defined
+    #: name, one of NUMERIC_COLUMNS -> column of numbers, shape (n_points); an error is nan if it is not defined
     columns: dict[str, FloatArray]
     #: solver that answered at each point; `none`: there is no answer
     solvers: list[str]

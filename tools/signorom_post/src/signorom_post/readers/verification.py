@@ -37,8 +37,11 @@ class VerifiedFigure:
     #: where the reference comes from
     source: str
     found: float
+    #: found / reference - 1 if `kind` is relative, found - reference if it is absolute
     difference: float
+    #: largest size of the difference, or the limit of `found`
     allowed: float
+    #: one of KINDS
     kind: str
     is_passed: bool
 
