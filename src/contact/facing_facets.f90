@@ -218,7 +218,7 @@ contains
     if (is_found) distance = height_at(shapes, other, opposite) - height_at(shapes, own, place)
   end function distance_at
 
-  !> Finds the places of both facets at a point of the plane.
+  !> Finds the places of both facets at a point of the plane: `place` of the facet `own`, `opposite` of `other`.
   pure subroutine find_places(shapes, own, other, point, place, opposite, is_found)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other

@@ -50,7 +50,7 @@ contains
   end subroutine set_initial_gaps
 
   !> Adds a value to the gaps of some pairs. A part without parameters is added to the initial gap. A product of functions of the
-  !> parameters and of the place becomes a term with a factor.
+  !> parameters and of the place becomes a term with a factor. Errors: those of split_sum.
   subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     !> indices of these pairs, 1-based

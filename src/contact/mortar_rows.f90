@@ -108,7 +108,7 @@ contains
 
   contains
 
-    !> Builds the rows for one order of the sides and finds what prevents it.
+    !> Builds the rows for one order of the sides and finds what prevents it. Errors: those of build_rows.
     subroutine try_order(is_swapped, speaks_against, failure)
       !> whether the deck's second surface carries the rows
       logical, intent(in) :: is_swapped

@@ -25,7 +25,7 @@ module sig_mortar_surfaces
 contains
 
   !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. A facet of which
-  !> less than 5 % faces the second surface within `limit`, or which has no dual functions (find_dual), only counts in sums%lost.
+  !> less than 5 % faces the second surface within `limit`, or which has no dual functions (find_dual), adds to sums%lost instead.
   !> Cost: O(n log n) in the number of facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model

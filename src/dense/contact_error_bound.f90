@@ -118,7 +118,7 @@ contains
   end function bound_of_step
 
   !> Returns the third bound: the norm of the forces on the rows that the step opens, plus the bound of the other forces; huge if
-  !> the step opens no row.
+  !> the step opens no row. lambda, opening and is_closed are those of bound_of_step.
   real(rk) function bound_without(self, lambda, opening, is_closed, closed, block) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
@@ -161,7 +161,7 @@ contains
     end do
   end function times
 
-  !> Returns d/2 + sqrt(d^2/4 + c) for a given rho. S are the rows where rho = w.
+  !> Returns d/2 + sqrt(d^2/4 + c) for a given rho. S are the rows where rho = w. lambda and opening are those of evaluate.
   real(rk) function bound_of(self, lambda, opening, misfit, more) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)

@@ -56,7 +56,7 @@ contains
     end do
   end subroutine run_active_set
 
-  !> Whether the last set is among those before it.
+  !> Whether the last set is among those before it; one set per column, by pack_bits.
   pure logical function was_visited(history)
     integer, intent(in) :: history(:, :)
     integer :: i_set

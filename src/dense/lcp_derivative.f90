@@ -69,7 +69,7 @@ contains
     derivative%openings(active, :) = 0
   end subroutine differentiate_lcp
 
-  !> Finds the rows that have neither a force nor an opening, up to rounding.
+  !> Finds the rows that have neither a force nor an opening, up to rounding. The arguments are those of differentiate_lcp.
   subroutine find_grazing(matrix, q, terms, z, grazes)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -93,7 +93,8 @@ contains
 
   !> Computes dz_G of the grazing rows and corrects dz_A of the active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG
   !> and the change p of the openings of G without forces on G: dz_G >= 0, S dz_G + p >= 0, dz_G' (S dz_G + p) = 0. Sets
-  !> is_one_sided for each direction (some p is not zero), and is_singular if a problem has no solution.
+  !> is_one_sided for each direction (some p is not zero), and is_singular if a problem has no solution. `active` and `grazing` are
+  !> numbers of rows, `factors` those of W_AA.
   subroutine close_grazing(matrix, changes, active, grazing, factors, derivative)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: changes(:, :)

@@ -151,7 +151,7 @@ contains
     end associate
   end subroutine find_leaving_row
 
-  !> Keeps as candidates only the rows whose ratio is the smallest, within tie_tolerance.
+  !> Keeps as candidates only the rows whose ratio numerator / denominator is the smallest of all, within tie_tolerance.
   pure subroutine keep_smallest(numerator, denominator, is_candidate, ratio)
     real(rk), intent(in) :: numerator(:)
     real(rk), intent(in) :: denominator(:)

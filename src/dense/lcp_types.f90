@@ -198,7 +198,7 @@ contains
     call factor_lu(n, workspace%factors, workspace%pivots, info)
   end subroutine factor_set
 
-  !> Computes smallest over largest pivot; 0 where a pivot is not finite.
+  !> Computes smallest over largest size of the n pivots on the diagonal of the factors; 0 where a pivot is not finite.
   pure subroutine measure_pivots(factors, n, ratio)
     real(rk), intent(in) :: factors(:, :)
     integer, intent(in) :: n

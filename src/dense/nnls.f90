@@ -112,7 +112,7 @@ contains
     residual_norm = residual_norm * rhs_norm
   end subroutine solve
 
-  !> Starts with no column in use.
+  !> Starts with no column in use for b = rhs, whose length rhs_norm is positive.
   subroutine start(self, rhs, rhs_norm, workspace)
     class(nnls_t), intent(in) :: self
     real(rk), intent(in) :: rhs(:)
@@ -233,7 +233,7 @@ contains
     end do
   end subroutine improve
 
-  !> Restores the columns in use and the coefficients from before the step.
+  !> Restores the n_before columns in use, and their coefficients, from before the step.
   subroutine restore(self, n_before, workspace)
     class(nnls_t), intent(in) :: self
     integer, intent(in) :: n_before

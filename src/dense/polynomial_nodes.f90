@@ -221,7 +221,8 @@ contains
     end do
   end function radical_inverse
 
-  !> Returns the values of all polynomials at all points, shape (n_points, n_polynomials).
+  !> Returns the values of all polynomials at all points, shape (n_points, n_polynomials). `degrees` are those of degrees_up_to, and
+  !> `points` have coordinates that are -1 to 1 in the box, shape (n_variables, n_points).
   pure function polynomials(degrees, points) result(values)
     integer, intent(in) :: degrees(:, :)
     real(rk), intent(in) :: points(:, :)

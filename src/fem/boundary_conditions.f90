@@ -153,7 +153,8 @@ contains
     end if
   end function differ
 
-  !> Lists the prescribed dofs. Then it finds, for each entry and component, the terms and their factors at each dof.
+  !> Lists the prescribed dofs. Then it finds, for each entry and component, the terms and their factors at each dof. Errors: those
+  !> of split_sum.
   subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)

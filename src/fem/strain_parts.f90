@@ -70,7 +70,7 @@ contains
     end do
   end subroutine create_imposed_strains
 
-  !> Adds the parts of one entry in the cells of one material.
+  !> Adds the parts of one entry in the cells of one material. Errors: as create_imposed_strains, except for the region.
   subroutine add_entry(mesh, body, entry, part, strains, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

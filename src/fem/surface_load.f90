@@ -106,7 +106,8 @@ contains
     end associate
   end subroutine orient_facets
 
-  !> Adds the pressure or one component of the traction to terms and pattern.
+  !> Adds the pressure or one component of the traction to terms and pattern. term_of_dof is that of add_surface_load. Errors: those
+  !> of integrate; none for a value that gets one term per dof.
   subroutine add_part(mesh, part, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part

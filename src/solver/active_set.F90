@@ -89,7 +89,7 @@ contains
   end subroutine create
 
   !> Builds the multigrid levels for K without contact. Each aggregate lies in one body, so that its rigid motions let bodies slide
-  !> and separate. Every active set then uses these interpolations.
+  !> and separate. Every active set then uses these interpolations. Collective.
   subroutine build_levels(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system

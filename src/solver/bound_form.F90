@@ -186,7 +186,7 @@ contains
   end subroutine assemble_levels
 
   !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact row of a
-  !> level. The rows of a block are the dofs that the contact row owns, its columns all dofs of the contact row.
+  !> level. The rows of a block are the dofs that the contact row owns, its columns all dofs of the contact row. Collective.
   subroutine assemble(self, system, i_level, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -244,7 +244,7 @@ contains
   end function block_of_row
 
   !> Creates an empty matrix with memory for one block per node and, at a node that a row of this level owns, for blocks with all
-  !> nodes of this row.
+  !> nodes of this row. Collective.
   subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

@@ -216,8 +216,8 @@ contains
   end subroutine set_near_null_space
 
   !> Solves for several right-hand sides, as accurately as possible. Arrays hold the rows of this rank. Sets the reason: it is
-  !> reason_linear_solver if conjugate gradients fail for a column; this column and those after it are then of no use. Requires:
-  !> factor has succeeded. Collective.
+  !> reason_linear_solver if conjugate gradients fail for a column; this column and those after it are then of no use. The reason
+  !> of an earlier call is lost. Requires: factor has succeeded, and keep_factor was not called. Collective.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)

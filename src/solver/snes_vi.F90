@@ -109,7 +109,7 @@ contains
     if (force_scale <= rounding * self%largest_stiffness * length_scale) force_scale = self%largest_stiffness * length_scale
   end subroutine scales
 
-  !> Makes the vector of upper bounds in units of length_scale; infinite except for the bounded unknowns.
+  !> Makes the vector of upper bounds in units of length_scale; infinite except for the bounded unknowns. Collective.
   subroutine fill_bounds(self, system, theta, length_scale, upper, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

@@ -14,7 +14,7 @@ contains
 
   !> Makes an error if a PETSc option with the prefix of this solver was not used; it names the first such option. Otherwise error
   !> is not allocated. The result is the same on every rank. Requires: a point was solved, so that every object of the solver has
-  !> read its options.
+  !> read its options. Local.
   subroutine refuse_unused_options(solver_type, error, ierr)
     !> active_set, snesvi or condensed
     character(*), intent(in) :: solver_type

@@ -98,7 +98,8 @@ contains
     end if
   end subroutine choose_type
 
-  !> Whether W and the responses to all multipliers are small enough for the condensed solver: at most 5000 multipliers and 4 GB.
+  !> Whether W and the responses to all multipliers are small enough for the condensed solver: at most 5000 multipliers, and 4e9
+  !> bytes for the responses.
   pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
