@@ -26,7 +26,7 @@ PROCEDURE = re.compile(rf"^\s*(?:{PREFIX}\s+)*(subroutine|function)\s+(\w+)", re
 
 @dataclass
 class Finding:
-    """A place and what is wrong there."""
+    """A line of a file, from 1, and what is wrong there."""
 
     path: Path
     line: int
@@ -37,17 +37,20 @@ class Finding:
 
 
 def code_of(line):
-    """The line without texts and comment."""
+    """Returns the line with empty texts and without its comment."""
     return STRING.sub("''", line).split("!")[0].rstrip()
 
 
 def has(pattern, code):
-    """Whether the pattern stands in the code, in any case."""
+    """Returns whether the regular expression is found in the code; capital and small letters are the same."""
     return re.search(pattern, code, re.IGNORECASE) is not None
 
 
 def line_findings(path, code, line):
-    """What one line of Fortran does wrong, given without and with its texts and comments."""
+    """Yields a sentence for each rule that a line of Fortran breaks.
+
+    `line` is the line as it stands in the file `path`, and `code` what code_of makes of it.
+    """
     is_test = "tests" in path.relative_to(ROOT).parts
     name = path.as_posix()
     if (
@@ -77,7 +80,7 @@ def line_findings(path, code, line):
 
 
 def check_fortran(path, lines):
-    """Findings of one Fortran file."""
+    """Yields the findings in the lines of one Fortran file; bind(c) is allowed in a line with `lint: callback`."""
     for number, line in enumerate(lines, start=1):
         code = code_of(line)
         allowed = "lint: callback" in line  # a callback that C or PETSc calls is a home of bind(c)
@@ -87,7 +90,10 @@ def check_fortran(path, lines):
 
 
 def long_procedures(path, lines):
-    """Procedures above the target size, contained ones counted for themselves."""
+    """Yields a finding for each procedure longer than MAX_PROCEDURE, those that it contains included.
+
+    Headings in interfaces do not count.
+    """
     starts = []
     is_in_interface = False
     for number, line in enumerate(lines, start=1):
@@ -107,7 +113,7 @@ def long_procedures(path, lines):
 
 
 def source_files():
-    """Everything that the rules speak of."""
+    """Yields the paths of all files of src, include, tests and tools that are source, scripts or build files."""
     for folder in ("src", "include", "tests", "tools"):
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix in SOURCES | {".py", ".sh", ".cmake", ".inc"} or path.name == "CMakeLists.txt":
@@ -115,7 +121,7 @@ def source_files():
 
 
 def main():
-    """Checks all files; the exit code is 1 where a rule is broken."""
+    """Checks all files, and prints notes and findings. The exit code is 1 if there are findings, else 0."""
     findings, notes = [], []
     for path in source_files():
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -12,7 +12,7 @@ START, END = "<!-- keys: made by tools/deck_keys.py -->", "<!-- end of keys -->"
 
 
 def resolve(node, schema):
-    """The node with what its reference, or that one's reference, says; its own words win."""
+    """Returns a node of the schema with the members of what it refers to, over any steps; its own members win."""
     if "$ref" not in node:
         return node
     target = schema
@@ -22,7 +22,7 @@ def resolve(node, schema):
 
 
 def limits(node):
-    """Range or number of entries in words, empty where there is none."""
+    """Returns the limits of a number as text, such as `≥ 0, < 1`; empty if it has none."""
     words = [
         ("exclusiveMinimum", "> "),
         ("minimum", "≥ "),
@@ -33,7 +33,7 @@ def limits(node):
 
 
 def kind(node, schema):
-    """What may stand there, in a few words."""
+    """Returns which values a node of the schema allows, in a few words."""
     if "enum" in node:
         return ", ".join(f"`{word}`" for word in node["enum"])
     if "anyOf" in node and "type" not in node:
@@ -63,7 +63,7 @@ def kind(node, schema):
 
 
 def default(node, is_required):
-    """The default as it would stand in a deck."""
+    """Returns `required`, or the default as it would stand in a deck, or an empty text if there is none."""
     if is_required:
         return "required"
     if "default" not in node:
@@ -81,7 +81,7 @@ def default(node, is_required):
 
 
 def rows(node, schema, path=""):
-    """Lines of a mapping's keys, with those below them."""
+    """Yields a list entry for each key of a mapping and of the mappings below it; `path` is the key of the mapping."""
     keys = list(node.get("properties", {}).items())
     if isinstance(node.get("additionalProperties"), dict) and path in ("parameters", "materials"):
         keys.append(("<name>", node["additionalProperties"]))
@@ -104,18 +104,18 @@ def rows(node, schema, path=""):
 
 
 def wrapped(text):
-    """An entry of a list on lines of the usual width."""
+    """Returns a list entry, wrapped to lines of at most 132 characters."""
     return textwrap.fill(text, 132, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def list_of_keys():
-    """The whole Markdown list."""
+    """Returns the Markdown list of all keys of the deck."""
     schema = json.loads((INPUT / "deck.schema.json").read_text(encoding="utf-8"))
     return "\n".join(rows(schema, schema))
 
 
 def main():
-    """Updates or checks the README."""
+    """Writes the list into input/README.md; with --check it only compares, with exit code 1 if they differ."""
     path = INPUT / "README.md"
     text = path.read_text(encoding="utf-8")
     before, rest = text.split(START)

@@ -21,7 +21,7 @@ STRING_OR_COMMENT = re.compile(r"""('(?:[^']|'')*'|"(?:[^"]|"")*"|!.*)""")
 
 
 def correct_code(code):
-    """Blanks that fprettify takes away, in a piece without strings and comments."""
+    """Returns a piece of code, without strings and comments, with the blanks that the house style needs."""
     code = re.sub(r"[ ]*//[ ]*", " // ", code)
     code = re.sub(r",\.(not|true|false)\.", r", .\1.", code)
     # procedures that are named like a statement: open, close, write
@@ -29,7 +29,10 @@ def correct_code(code):
 
 
 def correct_line(old, new, is_continued):
-    """One line of fprettify's with our corrections."""
+    """Returns the line `new` of fprettify with our corrections; `old` is the line before it.
+
+    A comment, a line of the preprocessor or one with @ stays as it was. A continued line keeps its old indentation.
+    """
     if new.lstrip().startswith(("!", "#", "@")):
         return old
     pieces = STRING_OR_COMMENT.split(new)
@@ -42,13 +45,13 @@ def correct_line(old, new, is_continued):
 
 
 def is_continuing(line):
-    """Whether the statement goes on in the next line."""
+    """Returns whether the statement goes on in the next line, that is, whether the code ends with &."""
     code = STRING_OR_COMMENT.sub(lambda match: "" if match.group().startswith("!") else "s", line)
     return code.rstrip().endswith("&")
 
 
 def format_text(text, name):
-    """The whole file as it should be."""
+    """Returns the text of a file in the house style; `name` is the name of the file in messages of fprettify."""
     # the limit is tools/check_style.py's business: PETSc calls are longer, and must not be wrapped
     source, target = io.StringIO(text), io.StringIO()
     fprettify.set_fprettify_logger(50)
@@ -77,13 +80,13 @@ def format_text(text, name):
 
 
 def format_file(path):
-    """Path, text as it is, text as it should be."""
+    """Returns the path, the text of the file, and this text in the house style."""
     text = path.read_text(encoding="utf-8")
     return path, text, format_text(text, str(path))
 
 
 def main():
-    """Command line."""
+    """Formats the files of the command line; with --check prints the differences, with exit code 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--check", action="store_true", help="change nothing; print what would change and exit with 1"

@@ -37,7 +37,7 @@ LOADED = re.compile(
 
 
 def markdown_files() -> Iterator[Path]:
-    """All Markdown files of the project, from its root on."""
+    """Yields the Markdown files of the root and of FOLDERS, as paths from the root on, without hidden folders."""
     yield from (path.relative_to(ROOT) for path in ROOT.glob("*.md"))
     for folder in FOLDERS:
         for path in (ROOT / folder).rglob("*.md"):
@@ -46,35 +46,38 @@ def markdown_files() -> Iterator[Path]:
 
 
 def write(path: Path, text: str) -> None:
-    """Writes a file; one that has this text already keeps its date, so that Sphinx passes over it."""
+    """Writes a file, unless it has this text already: then it keeps its date, so that Sphinx does not read it again."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
 
 class Pages:
-    """The folder that Sphinx reads."""
+    """The folder of pages that Sphinx reads."""
 
     def __init__(self, folder: Path) -> None:
-        """Pages of an earlier run that nobody writes now are taken away at the end."""
+        """Takes the folder; pages of an earlier run stay until `remove_others`."""
         self.folder = folder
         self._written: set[Path] = set()
         sources = (path for name in FOLDERS for path in (ROOT / name).rglob("*") if path.suffix in SOURCES)
         self._source_names = {path.name for path in sources}
 
     def write(self, name: str, text: str) -> None:
-        """A page."""
+        """Writes the page `name`, a path from the folder on."""
         write(self.folder / name, text)
         self._written.add(self.folder / name)
 
     def copy(self, path: Path) -> None:
-        """A picture."""
+        """Copies a picture; `path` counts from the root of the project, and from the folder of the pages."""
         (self.folder / path).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy2(ROOT / path, self.folder / path)
         self._written.add(self.folder / path)
 
     def add_markdown(self, path: Path) -> None:
-        """A page of a Markdown file, and of the files that it links to."""
+        """Writes the page of a Markdown file, and pages of the other files that it links to.
+
+        Ends the program with a message if a link leads to no file, or a source file that the page names is not there.
+        """
         text = (ROOT / path).read_text(encoding="utf-8")
         for i, line in enumerate(text.splitlines(), start=1):
             self._check_sources(path, i, line)
@@ -85,7 +88,11 @@ class Pages:
             self.write(path.as_posix(), text)
 
     def _check_sources(self, page: Path, i_line: int, line: str) -> None:
-        """The source files that a line names are there; in a row of a table in the folder of the one before."""
+        """Ends the program if a source file that a line names is not there.
+
+        Names count from the root, from src, from the folder of the page, or from that of the last name in the line. A
+        name alone may be that of any source file, except after such a name in a row of a table.
+        """
         folder: Path | None = None
         for name in SOURCE.findall(line):
             bases = [ROOT, ROOT / "src", ROOT / page.parent, *([folder] if folder else [])]
@@ -97,7 +104,10 @@ class Pages:
                 folder = found.parent
 
     def _mended(self, page: Path, link: re.Match[str]) -> str:
-        """A link as it must be on the site."""
+        """Returns a link as it must be on the site, and writes or copies the file that it leads to.
+
+        Pages of Markdown files and links with a colon stay as they are. Ends the program if there is no such file.
+        """
         target = link[1]
         if ":" in target:
             return link[0]
@@ -114,7 +124,7 @@ class Pages:
         return link[0]
 
     def _add_shown(self, file: Path) -> None:
-        """A page that shows a file as it is."""
+        """Writes a page that shows the text of a file."""
         text = (ROOT / file).read_text(encoding="utf-8")
         orphan = "" if file.name == "LICENSE" else "---\norphan: true\n---\n"
         shown = (
@@ -123,14 +133,17 @@ class Pages:
         self.write(f"{file}.md", shown)
 
     def remove_others(self) -> None:
-        """What an earlier run wrote and this one did not."""
+        """Deletes what an earlier run wrote and this one did not."""
         for path in self.folder.rglob("*"):
             if path.is_file() and path not in self._written:
                 path.unlink()
 
 
 def layers() -> list[tuple[str, str]]:
-    """Folders of `src` and what they are, in the order of the picture in src/README.md."""
+    """Returns the folders of `src` and what they are, in the order of the picture in src/README.md.
+
+    Ends the program if the picture does not have exactly these folders.
+    """
     picture = (ROOT / "src/README.md").read_text(encoding="utf-8").split("```")[1]
     rows = [line.split(maxsplit=1) for line in picture.strip().splitlines()]
     named = {name for name, _ in rows}
@@ -143,7 +156,7 @@ def layers() -> list[tuple[str, str]]:
 
 
 def add_fortran(pages: Pages) -> None:
-    """A page per layer and per module."""
+    """Writes a page per layer and per module, and the list of layers."""
     index = "# Fortran modules\n\nThe layers, the highest one first; a layer uses those below it only.\n\n"
     names = []
     for name, what in layers():
@@ -158,7 +171,7 @@ def add_fortran(pages: Pages) -> None:
 
 
 def gather(folder: Path) -> None:
-    """All pages that Sphinx reads."""
+    """Writes all pages that Sphinx reads into the folder, and deletes others."""
     pages = Pages(folder)
     for path in markdown_files():
         pages.add_markdown(path)
@@ -169,7 +182,7 @@ def gather(folder: Path) -> None:
 
 
 def run_doxygen(folder: Path) -> None:
-    """The C header as XML."""
+    """Writes what Doxygen reads from the C header into the folder, as XML; ends the program if Doxygen is missing."""
     folder.mkdir(parents=True, exist_ok=True)
     settings = (HERE / "Doxyfile").read_text(encoding="utf-8")
     settings += f'INPUT = "{ROOT}/include/signorom.h"\nOUTPUT_DIRECTORY = "{folder}"\n'
@@ -180,7 +193,7 @@ def run_doxygen(folder: Path) -> None:
 
 
 def run_sphinx(folder: Path) -> None:
-    """The site; warnings are errors, and all of them are shown."""
+    """Makes folder/html from folder/pages and folder/doxygen; ends the program after all warnings, if there are any."""
     environment = {**os.environ, "SIGNOROM_DOC_DOXYGEN": str(folder / "doxygen/xml")}
     command = [sys.executable, "-m", "sphinx", "-q", "-j", "auto", "-W", "--keep-going"]
     command += ["-c", str(HERE), "-d", str(folder / "state"), str(folder / "pages"), str(folder / "html")]
@@ -190,7 +203,7 @@ def run_sphinx(folder: Path) -> None:
 
 
 def check_offline(folder: Path) -> None:
-    """Nothing that a browser loads by itself may stand outside of the site."""
+    """Ends the program if a page of the folder names something on the network that a browser would load by itself."""
     found = [
         f"{path.relative_to(folder)}: {match[0][:100]}"
         for path in sorted(folder.rglob("*"))
@@ -202,7 +215,7 @@ def check_offline(folder: Path) -> None:
 
 
 def main() -> None:
-    """The command line."""
+    """Builds or checks the site, as the command line says."""
     parser = argparse.ArgumentParser(description="Builds the documentation site.")
     parser.add_argument("folder", type=Path, nargs="?", help="where it goes: FOLDER/html/index.html")
     parser.add_argument("--check", action="store_true", help="only check links and names")

@@ -18,7 +18,7 @@ CODE = re.compile(r"^[\w./]+\.[fF]90$")
 
 
 def page_of(path: Path) -> str:
-    """Page of a source file, given from `src` on."""
+    """Returns the name of the page of a source file, whose path counts from `src`."""
     return f"fortran/{path.with_suffix('')}"
 
 
@@ -26,26 +26,26 @@ class Library:
     """All modules of a source tree."""
 
     def __init__(self, root: Path) -> None:
-        """Read all; ValueError where a module offers what it does not have."""
+        """Reads all files below `root`; ValueError if a module has a public name that it neither declares nor uses."""
         self.modules = {module.name: module for module in read_modules(root)}
         self._types = {name: module for module in self.modules.values() for name in module.types}
 
     def of_layer(self, layer: str) -> list[Module]:
-        """Modules of a folder and of those below it."""
+        """Returns the modules of a folder of `src` and of the folders below it."""
         return [module for module in self.modules.values() if module.path.parts[0] == layer]
 
     def with_file(self, name: str) -> Module | None:
-        """The one module whose file has this path, or ends like it."""
+        """Returns the module whose path ends with `name`; None if there is none or more than one."""
         ending = "/" + name.removeprefix("src/")
         found = [module for module in self.modules.values() if f"/{module.path.as_posix()}".endswith(ending)]
         return found[0] if len(found) == 1 else None
 
     def with_type(self, name: str) -> Module | None:
-        """The module that declares a type."""
+        """Returns the module that declares a type; None if there is none."""
         return self._types.get(name)
 
     def procedure(self, module: Module, name: str) -> Procedure | None:
-        """A procedure that the module has or uses."""
+        """Returns a procedure that the module has or uses; None if there is none of this name."""
         if name in module.procedures:
             return module.procedures[name]
         for used, names in module.uses.items():
@@ -55,19 +55,19 @@ class Library:
 
 
 def id_of(module: Module, *names: str) -> str:
-    """Anchor of a name on the module's page."""
+    """Returns the anchor of a name on the page of the module; `names` are the owner, if it has one, and the name."""
     return nodes.make_id("-".join((module.name, *names)))
 
 
 def texts(line: str) -> Iterator[nodes.Node]:
-    """Words, and what stands between backticks as code."""
+    """Yields the nodes of a line: texts, and code for what stands between backticks."""
     for i, part in enumerate(line.split("`")):
         if part:
             yield nodes.literal(text=part) if i % 2 else nodes.Text(part)
 
 
 def prose(doc: Iterable[str]) -> Iterator[nodes.Node]:
-    """Paragraphs of a docstring; lines that stand further in are formulas."""
+    """Yields the paragraphs of a docstring; lines that begin with two blanks are formulas, shown as they are."""
     blocks: list[list[str]] = [[]]
     for line in doc:
         if not line.strip() or (blocks[-1] and line.startswith("  ") != blocks[-1][-1].startswith("  ")):
@@ -84,10 +84,10 @@ def prose(doc: Iterable[str]) -> Iterator[nodes.Node]:
 
 
 class ModulePage:
-    """The nodes of a module's page."""
+    """Makes the nodes of the page of a module."""
 
     def __init__(self, library: Library, module: Module, uri_of) -> None:
-        """`uri_of` gives the address of a page as seen from this one."""
+        """Takes the module; `uri_of` returns the address of a page, given by its name, as seen from this page."""
         self._library = library
         self._module = module
         self._uri_of = uri_of
@@ -98,7 +98,7 @@ class ModulePage:
         return nodes.reference("", "", nodes.literal(text=text), refuri=target, internal=True)
 
     def content(self) -> list[nodes.Node]:
-        """All below the title."""
+        """Returns all nodes below the title."""
         module = self._module
         layer = module.path.parts[0]
         way = nodes.reference("", layer, refuri=self._uri_of(f"fortran/{layer}"), internal=True)
@@ -124,7 +124,7 @@ class ModulePage:
         return []
 
     def _handed_on(self) -> Iterator[nodes.Node]:
-        """Public names that stand in other modules."""
+        """Yields a paragraph with links to the public names that stand in other modules, if there are any."""
         module = self._module
         links = [
             self._link(self._library.modules[used], name, name)
@@ -145,7 +145,10 @@ class ModulePage:
             yield nodes.paragraph("", "", nodes.Text("Uses "), *separated(links))
 
     def _entry(self, name: str, heading: str, content: Iterable[nodes.Node], *owner: str) -> list[nodes.Node]:
-        """A heading as code with its text below, in the index."""
+        """Returns an index entry and a description: `heading` as code, and `content` below it.
+
+        `name` stands in the heading; `owner` is the type or interface that it belongs to, if any.
+        """
         anchor = id_of(self._module, *owner, name)
         before, _, after = heading.partition(name)
         signature = addnodes.desc_signature("", "", ids=[anchor], fullname=name, module=self._module.name)
@@ -161,7 +164,7 @@ class ModulePage:
         return [addnodes.index(entries=[entry]), description]
 
     def _typed(self, text: str) -> Iterator[nodes.Node]:
-        """Code in which types are links."""
+        """Yields the nodes of code in which public types are links."""
         for word in re.split(r"(\b\w+_t\b)", text):
             module = self._library.with_type(word)
             if module and word in module.public:
@@ -171,7 +174,7 @@ class ModulePage:
                 yield nodes.Text(word)
 
     def _variables(self, variables: list[Variable]) -> Iterator[nodes.Node]:
-        """A line per argument or component."""
+        """Yields a list with an entry per argument or component; nothing if there are none."""
         if not variables:
             return
         rows = nodes.bullet_list()
@@ -213,19 +216,19 @@ class ModulePage:
 
 
 def separated(links: list[nodes.reference]) -> Iterator[nodes.Node]:
-    """Links with commas between them and a full stop behind."""
+    """Yields the links with commas between them and a full stop behind."""
     for i, link in enumerate(links):
         yield link
         yield nodes.Text(", " if i < len(links) - 1 else ".")
 
 
 class FortranModule(SphinxDirective):
-    """What a module offers; the argument is its name."""
+    """The directive `fortran-module`: what a module offers; the argument is its name."""
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """The nodes."""
+        """Returns the nodes; KeyError if there is no such module."""
         library = self.env.app.fortran_library
         here = self.env.docname
         page = ModulePage(
@@ -237,12 +240,15 @@ class FortranModule(SphinxDirective):
 
 
 class FortranLayer(SphinxDirective):
-    """The modules of a layer, each with its first sentence; the argument is the layer's folder."""
+    """The directive `fortran-layer`: the modules of a layer, each with its first paragraph.
+
+    The argument is the folder of the layer.
+    """
 
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        """A list with links."""
+        """Returns a list with links to the modules."""
         rows = nodes.bullet_list()
         for module in self.env.app.fortran_library.of_layer(self.arguments[0]):
             address = self.env.app.builder.get_relative_uri(self.env.docname, page_of(module.path))
@@ -253,7 +259,7 @@ class FortranLayer(SphinxDirective):
 
 
 def link_files(app: Sphinx, doctree: nodes.document) -> None:
-    """Makes links of the Fortran files that a page names."""
+    """Makes links of the Fortran files that a page names as code, except of its own file."""
     library: Library = app.fortran_library
     docname = app.env.docname
     for literal in list(doctree.findall(nodes.literal)):
@@ -270,12 +276,12 @@ def link_files(app: Sphinx, doctree: nodes.document) -> None:
 
 
 def read_library(app: Sphinx) -> None:
-    """Once per run, before the first page."""
+    """Reads all modules, once per run, before the first page."""
     app.fortran_library = Library(Path(app.config.fortran_root))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Called by Sphinx."""
+    """Registers the directives and the procedures above; Sphinx calls it."""
     app.add_config_value("fortran_root", "", "env", str)
     app.add_directive("fortran-module", FortranModule)
     app.add_directive("fortran-layer", FortranLayer)

@@ -19,7 +19,7 @@ BINDING = re.compile(r"^(procedure|generic)\b(\((?P<interface>\w+)\))?(?P<marks>
 
 @dataclass
 class Statement:
-    """A statement on one line, and the docstring above it."""
+    """A statement on one line without comments, and the lines of the docstring above it."""
 
     doc: list[str]
     code: str
@@ -36,7 +36,7 @@ class Variable:
 
 @dataclass
 class Procedure:
-    """A subroutine, a function, or the form of one in an interface."""
+    """A subroutine or function, or its heading in an interface; a result is the last of the arguments."""
 
     name: str
     heading: str
@@ -46,7 +46,7 @@ class Procedure:
 
 @dataclass
 class Binding:
-    """A procedure of a type, and the one that does its work or tells its form."""
+    """A type-bound procedure, and the name of the module procedure or, if it is deferred, of the interface behind it."""
 
     name: str
     target: str
@@ -75,7 +75,7 @@ class Generic:
 
 @dataclass
 class Module:
-    """What stands in one file."""
+    """The contents of one file. `constants` has all variables of the module."""
 
     path: Path
     name: str = ""
@@ -90,7 +90,7 @@ class Module:
 
 
 def without_comment(line: str) -> str:
-    """The line without its comment; texts may hold an exclamation mark."""
+    """Returns the line without its comment; an exclamation mark within a text starts none."""
     quote = ""
     for i, character in enumerate(line):
         if quote:
@@ -103,7 +103,7 @@ def without_comment(line: str) -> str:
 
 
 def statements(text: str) -> Iterator[Statement]:
-    """The statements of a file, continued lines joined."""
+    """Yields the statements of a file, with continued lines joined; lines of the preprocessor are left out."""
     doc: list[str] = []
     code = ""
     for line in text.splitlines():
@@ -124,7 +124,7 @@ def statements(text: str) -> Iterator[Statement]:
 
 
 def split_list(text: str) -> list[str]:
-    """Parts between commas that no bracket or text holds."""
+    """Returns the parts of a text between commas that stand in no bracket and no quotes, but no empty parts."""
     parts, depth, quote = [""], 0, ""
     for character in text:
         if quote:
@@ -140,7 +140,7 @@ def split_list(text: str) -> list[str]:
 
 
 def variables_of(statement: Statement) -> list[Variable]:
-    """What a declaration declares; none where the statement is no declaration."""
+    """Returns the variables that a statement declares; none if it is no declaration."""
     left, colons, right = statement.code.partition("::")
     if not colons or re.match(r"^(use|public|private|import|procedure|generic|final)\b(?!\()", left):
         return []
@@ -155,16 +155,16 @@ def variables_of(statement: Statement) -> list[Variable]:
 
 
 class ModuleReader:
-    """Walks through the statements of one file."""
+    """Reads the statements of one file, one after the other."""
 
     def __init__(self, path: Path, text: str) -> None:
-        """Nothing is read yet."""
+        """Takes the text of the file `path`, divided into statements; `read` does the rest."""
         self.module = Module(path)
         self._statements = list(statements(text))
         self._next = 0
 
     def read(self) -> Module:
-        """All of the file; ValueError for a public name that it does not declare or use."""
+        """Returns the contents of the file; ValueError for a public name that it neither declares nor uses."""
         while self._next < len(self._statements):
             self._read_one(self._take())
         module = self.module
@@ -181,7 +181,7 @@ class ModuleReader:
         return statement
 
     def _until(self, end: str) -> Iterator[Statement]:
-        """The statements up to the one that the pattern finds."""
+        """Yields the statements up to the one that matches the pattern, and passes over this one."""
         while not re.match(end, (statement := self._take()).code):
             yield statement
 
@@ -234,7 +234,7 @@ class ModuleReader:
                     type_.bindings.append(Binding(name, binding["interface"] or target or name, is_deferred))
 
     def _read_procedure(self, statement: Statement) -> Procedure:
-        """Its arguments; what it does and what it contains is passed over."""
+        """Returns and keeps a procedure with its arguments; what it does and what it contains is passed over."""
         match = PROCEDURE.match(statement.code)
         assert match
         names = re.search(rf"{match['name']}\s*\((.*?)\)", statement.code)
@@ -259,6 +259,6 @@ class ModuleReader:
 
 
 def read_modules(root: Path) -> list[Module]:
-    """What all files below a folder offer; paths are given from the folder on."""
+    """Returns the contents of all Fortran files below `root`, in the order of their paths, which count from `root`."""
     files = (path for path in sorted(root.rglob("*")) if path.suffix in (".f90", ".F90"))
     return [ModuleReader(path.relative_to(root), path.read_text(encoding="utf-8")).read() for path in files]
