@@ -3,14 +3,14 @@
 
 
 def pytest_addoption(parser):
-    """Longer runs than the test suite's."""
+    """Adds the option --all-points."""
     parser.addoption(
         "--all-points", action="store_true", help="run the tests marked long, and ask others at all points"
     )
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leaves out the tests marked long, whose neighbors in the same file see the same code."""
+    """Without --all-points, leaves out the tests marked long; other tests of the same file test the same code."""
     if config.getoption("--all-points"):
         return
     left_out = [item for item in items if item.get_closest_marker("long")]

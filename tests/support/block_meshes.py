@@ -46,7 +46,10 @@ BOX[3] = [(*corner, 0) for corner in BOX[2]] + [(*corner, 1) for corner in BOX[2
 
 
 def simplices(n_dim):
-    """Kuhn's split of a box: one simplex per way from the first corner to the last; faces of neighbors match."""
+    """Yields the corners of the simplices into which Kuhn's rule divides a box, as 0/1 steps per axis.
+
+    There is one simplex per way along the edges from the first corner to the last; faces of neighbors match.
+    """
     for order in itertools.permutations(range(n_dim)):
         corner = np.zeros(n_dim, dtype=int)
         corners = [tuple(corner)]
@@ -57,7 +60,10 @@ def simplices(n_dim):
 
 
 def split(element, n_dim, position):
-    """(element name, corners) of each element of a box of the grid."""
+    """Yields (type, corners as 0/1 steps) of each element of the box at `position` of the grid.
+
+    `element` is the linear element of the mesh, or `mixed` for T3 and Q4 in turn.
+    """
     name = {"mixed": ("T3", "Q4")[sum(position) % 2]}.get(element, element)
     if name in ("Q4", "H8") or n_dim == 1:
         yield {1: "L2", 2: "Q4", 3: "H8"}[n_dim], BOX[n_dim]
@@ -67,17 +73,18 @@ def split(element, n_dim, position):
 
 
 class Mesh:
-    """Nodes, elements with their physical names, and the nodes of each name (0-based)."""
+    """Coordinates of the nodes, shape (n_nodes, 3), and elements: (type, physical name, nodes from 0)."""
 
     def __init__(self):
-        """Empty."""
+        """Makes an empty mesh."""
         self.coordinates = np.zeros((0, 3))
         self.elements = []
 
     def add_block(self, region, lines, element, faces, moved=0.0, seed=0):
-        """Box between the given grid lines per axis; faces: {(axis, side): name}; inner nodes off the grid by `moved`.
+        """Adds a box of linear elements with own nodes between grid lines, an ascending array of places per axis.
 
-        `moved` is relative to the smallest step of the grid.
+        `region` is its physical name; `faces`: (axis, side 0 or 1) -> name of a face. `moved`: inner nodes are moved at
+        random (`seed`) along each axis by at most this share of the smallest step of the grid along the axis.
         """
         n_dim = len(lines)
         first, counts = len(self.coordinates), [len(line) for line in lines]
@@ -108,7 +115,10 @@ class Mesh:
                     self.elements.append(({"T4": "T3", "H8": "Q4"}.get(name, name), face, nodes))
 
     def make_quadratic(self, element, regions=None):
-        """Give the elements nodes in the middle of edges, faces and cells; `regions`: of these names only."""
+        """Gives the elements the further nodes of the quadratic mesh `element`, a key of QUADRATIC.
+
+        These are in the middle of edges, faces and cells. `regions`: only elements with these physical names.
+        """
         places, numbers = list(self.coordinates), {}
         for i, (kind, name, corners) in enumerate(self.elements):
             if (regions is not None and name not in regions) or kind not in QUADRATIC[element]:
@@ -124,15 +134,15 @@ class Mesh:
         self.coordinates = np.array(places)
 
     def nodes_of(self, name):
-        """Sorted nodes of a physical name."""
+        """Returns the nodes (from 0) of a physical name, ascending."""
         return np.unique([node for _, group, nodes in self.elements if group == name for node in nodes])
 
     def facets_of(self, name):
-        """Node lists of the facets of a physical name."""
+        """Returns the nodes (from 0) of each element of a physical name."""
         return [nodes for _, group, nodes in self.elements if group == name]
 
     def write(self, path):
-        """As gmsh 2.2 ASCII, every number as it is."""
+        """Writes the mesh as gmsh 2.2 ASCII with all digits; nodes and elements are numbered from 1."""
         groups = sorted({(DIMENSIONS[kind], name) for kind, name, _ in self.elements})
         lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups))]
         lines += [f'{n_dim} {i} "{name}"' for i, (n_dim, name) in enumerate(groups, 1)]
@@ -147,7 +157,11 @@ class Mesh:
 
 
 def stacked_blocks(element, n_dim, moved=0.25):
-    """Two blocks, 1 wide and 1 high each, that touch at height 0: bottom, top, lower_face, upper_face, left, front."""
+    """Returns a mesh of two blocks, 1 wide and 1 high each, that touch at height 0 with matching, separate nodes.
+
+    Regions are lower and upper; faces are bottom, lower_face, upper_face, top, left and, in space, front. `element` is
+    a linear element, `mixed`, or a key of QUADRATIC; `moved` is that of add_block.
+    """
     across = np.array([0.0, 0.3, 0.55, 1.0])
     lines = [across] if n_dim == 2 else [across, np.array([0.0, 0.4, 1.0])]
     sides = {(0, 0): "left"} if n_dim == 2 else {(0, 0): "left", (1, 0): "front"}
@@ -166,11 +180,11 @@ def stacked_blocks(element, n_dim, moved=0.25):
 
 
 def consistent_areas(mesh, name, is_round=False):
-    """Integral of each node's shape function over a named surface, by the formula of each facet.
+    """Returns the integral of each node's shape function over a named surface, by a formula per facet; (n_nodes).
 
-    Edges with 2 pi r: L 2 pi (2 r_1 + r_2) / 6. Triangles and parallelograms: equal parts.
-    Three nodes in a line: Simpson's rule, with 2 pi r still exact; nine nodes: the same in both directions.
-    Six nodes: nothing at the corners; eight nodes: -1/12 there.
+    `is_round`: with 2 pi r, for edges of the plane r, z. Edges then: L 2 pi (2 r_1 + r_2) / 6. Triangles and
+    parallelograms: equal parts. Three nodes in a line: Simpson's rule, with 2 pi r still exact; nine nodes: the same in
+    both directions. Six nodes: nothing at the corners; eight nodes: -1/12 there.
     """
     areas = np.zeros(len(mesh.coordinates))
     for nodes in mesh.facets_of(name):

@@ -6,9 +6,10 @@ from pathlib import Path
 
 
 def copy_deck(source, folder, **replacements):
-    """Copy a deck into a folder with an absolute mesh path and `old` -> `new` texts replaced.
+    """Copies a deck into a folder, and returns the path of the copy.
 
-    The results of a deck in folder go to folder/results/<name> when the program runs there.
+    A mesh path that starts with ../ becomes absolute. `replacements`: each text is replaced by another one everywhere;
+    AssertionError if the deck does not have it. Results go to folder/results/<name> when the program runs there.
     """
     text = re.sub(
         r"\.\./\S+\.msh", lambda path: str((source.parent / path.group()).resolve()), source.read_text()
@@ -22,9 +23,10 @@ def copy_deck(source, folder, **replacements):
 
 
 def write_held_blocks(path, n_dim, contact):
-    """Write a deck of the blocks in blocks.msh, held at the bottom and moved by the stroke at the top.
+    """Writes a deck of the blocks in blocks.msh beside it to `path`, and returns the path.
 
-    `contact` is the text of that section.
+    All components are held at the bottom; the top moves along -y by the parameter `stroke` (0 to 0.5), and is held
+    otherwise. `contact` is the text of that section.
     """
     held = ", ".join(f"{axis}: 0" for axis in "xyz"[:n_dim])
     path.write_text(

@@ -42,19 +42,22 @@ class KnownStresses:
 
 
 def write_case(name, folder):
-    """Write mesh and deck of a case into a folder: what its fields must be."""
+    """Writes mesh and deck of a case, one of NAMES, into a folder, and returns the KnownStresses of its fields."""
     return {"block": _block, "tubes": _tubes}[name](Path(folder))
 
 
 def block_stress():
-    """Hooke's law: lambda tr(eps) I + 2 mu eps."""
+    """Returns the stress of the block, shape (6), by Hooke's law: lambda tr(eps) I + 2 mu eps."""
     mu = YOUNG_MODULUS / (2 * (1 + POISSON_RATIO))
     lame = YOUNG_MODULUS * POISSON_RATIO / ((1 + POISSON_RATIO) * (1 - 2 * POISSON_RATIO))
     return 2 * mu * STRAINS + lame * STRAINS[:3].sum() * np.array([1, 1, 1, 0, 0, 0])
 
 
 def _block(folder):
-    """Five sides move as the strain says, the sixth carries its traction; the rigid plane above it stays away."""
+    """Writes the block: five sides move as the strain says, the sixth carries its traction.
+
+    The rigid plane above the sixth side stays away.
+    """
     xx, yy, zz, xy, yz, xz = STRAINS.tolist()
     stress = block_stress()
     rows = {"x": (xx, xy, xz), "y": (xy, yy, yz), "z": (xz, yz, zz)}
@@ -97,7 +100,10 @@ output: {{fields: [displacement, contact, stress], points: [{{height: 1.0}}]}}
 
 
 def _tubes(folder):
-    """Radial, axial and hoop stress stand under xx, yy and zz; a cell has that of its middle, but for h^2."""
+    """Writes the tubes: radial, axial and hoop stress stand under xx, yy and zz.
+
+    The stress of a cell is that of its middle, but for an error of the order h^2.
+    """
     radii = thick_cylinder.RADII
     heights = np.linspace(0, 0.5, N_CELLS_ACROSS // 2 + 1)
     ends = {(1, 0): "ends", (1, 1): "ends"}

@@ -37,7 +37,7 @@ ENVIRONMENT["OMPI_MCA_orte_tmpdir_base"] = SESSIONS
 
 
 def find_program():
-    """The executable; a missing one is a failure, not a reason to skip."""
+    """Returns the Program to test; FileNotFoundError if it is missing, so that tests fail and are not skipped."""
     path = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "ci" / "signorom")).resolve()
     if not path.is_file():
         raise FileNotFoundError(f"{path} is missing: build it or set SIGNOROM_EXECUTABLE")
@@ -48,23 +48,29 @@ class Program:
     """Callable: `signorom("check", deck, folder=...)` insists on exit code 0 and returns what was printed."""
 
     def __init__(self, executable):
-        """Executable as an absolute path."""
+        """Takes the absolute path of the executable."""
         self.executable = executable
 
     def __call__(self, *arguments, folder, n_ranks=1, **limits):
-        """Run a command in a folder and insist on exit code 0; returns its standard output."""
+        """Runs a command in a folder and returns its standard output; AssertionError unless the exit code is 0."""
         done = self.run(*arguments, folder=folder, n_ranks=n_ranks, **limits)
         shown = " ".join(map(str, done.args))
         assert done.returncode == 0, f"{shown}\nexit code {done.returncode}\n{done.stdout}\n{done.stderr}"
         return done.stdout
 
     def run(self, *arguments, folder, n_ranks=1, time_limit=TIME_LIMIT):
-        """Run a command in a folder, whatever its exit code."""
+        """Runs a command in a folder, and returns a CompletedProcess with exit code, standard output and error as text.
+
+        `time_limit` [s] is multiplied by patience(); subprocess.TimeoutExpired after it.
+        """
         process = self.start(*arguments, folder=folder, n_ranks=n_ranks)
         return finish(process, time_limit)
 
     def start(self, *arguments, folder, n_ranks=1, **streams):
-        """Start a command in a folder, in a process group of its own."""
+        """Starts a command in a folder, in a session of its own, and returns the Popen.
+
+        `streams` replace stdin (empty), stdout and stderr (pipes).
+        """
         piped = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         return subprocess.Popen(
             [*launcher(n_ranks), str(self.executable), *map(str, arguments)],
@@ -78,19 +84,26 @@ class Program:
 
 
 def waiting(n_ranks):
-    """Ranks that wait for others give their core away. One alone waits for nobody: it would stand behind all else."""
+    """Returns the environment variable by which waiting ranks give their core away; not with one rank.
+
+    One rank waits for nobody, and would come after all other work.
+    """
     return {"OMPI_MCA_mpi_yield_when_idle": str(int(n_ranks > 1))}
 
 
 def launcher(n_ranks):
-    """What stands before the program's name."""
+    """Returns the words of the command before the program's name: none for one rank, else those of mpirun."""
     if n_ranks == 1:
         return []
     return ["mpirun", "--oversubscribe", "--bind-to", "none", "-n", str(n_ranks)]
 
 
 def finish(process, time_limit=TIME_LIMIT):
-    """Wait for a started command; one that does not end is killed with all its ranks, and the test fails."""
+    """Waits for a started command, and returns a CompletedProcess.
+
+    If it has not ended after patience() * time_limit seconds, it is killed with all its ranks, and
+    subprocess.TimeoutExpired is raised.
+    """
     try:
         stdout, stderr = process.communicate(timeout=patience() * time_limit)
     except BaseException:
@@ -100,7 +113,7 @@ def finish(process, time_limit=TIME_LIMIT):
 
 
 def kill(process):
-    """SIGKILL to mpirun and every rank, as when a machine goes down."""
+    """Sends SIGKILL to a process and all its descendants (mpirun and every rank), and waits for its end."""
     for pid in [process.pid, *descendants(process.pid)]:
         with contextlib.suppress(ProcessLookupError):
             os.kill(pid, signal.SIGKILL)
@@ -108,7 +121,7 @@ def kill(process):
 
 
 def descendants(pid):
-    """Process ids of the children, their children and so on."""
+    """Returns the process ids of the children of a process, their children and so on."""
     children = {}
     for status in Path("/proc").glob("[0-9]*/stat"):
         with contextlib.suppress(OSError):
@@ -122,30 +135,33 @@ def descendants(pid):
 
 
 def mpi_needs_large_files():
-    """Whether MPI itself cannot start where files must stay small: Open MPI 5 maps some megabytes of shared memory."""
+    """Returns whether MPI cannot start under a limit of the file size: Open MPI 5 maps some megabytes of memory."""
     version = subprocess.run(["mpirun", "--version"], capture_output=True, text=True, check=True).stdout
     found = re.search(r"Open MPI\) (\d+)", version)
     return found is not None and int(found.group(1)) >= 5
 
 
 def needs_library(executable, name):
-    """Whether a program is linked with a shared library."""
+    """Returns whether a program is linked with a shared library whose name or path contains `name`."""
     return name in subprocess.run(["ldd", executable], capture_output=True, text=True, check=True).stdout
 
 
 @functools.cache
 def is_sanitized(executable):
-    """Whether a program was built with sanitizers."""
+    """Returns whether a program was built with the address sanitizer."""
     return needs_library(executable, "libasan")
 
 
 def patience():
-    """What to multiply time limits with."""
+    """Returns the factor of time limits: SANITIZED if the program under test has sanitizers, else 1."""
     return SANITIZED if is_sanitized(find_program().executable) else 1
 
 
 def wait_until(condition, process, time_limit=60, pause=0.002):
-    """Wait until condition() holds; the process must live on meanwhile."""
+    """Waits until condition() is true, and looks every `pause` seconds.
+
+    AssertionError if the process ends before, or after patience() * time_limit seconds.
+    """
     start = time.monotonic()
     while not condition():
         if process.poll() is not None:

@@ -17,7 +17,11 @@ SAME_SOLUTION = 1e-8
 
 
 def draw_cases():
-    """One row per case, columns as NAMES; every tenth load is next to none, and closes a few pairs or none."""
+    """Returns the load cases, shape (N_CASES, 7), the same in each call; columns as NAMES.
+
+    Of every tenth case, the first one included, pressures and shear are 2 % of the others, so that a few pairs close or
+    none.
+    """
     draw = np.random.default_rng(SEED)
     lower = np.array([-50.0, -150.0, -40.0, 0.0, 0.0, 0.02, 0.02])
     upper = np.array([300.0, 300.0, 40.0, 6.5, 6.5, 7.0, 7.0])
@@ -27,7 +31,10 @@ def draw_cases():
 
 
 def sample(program, folder, solver, cases):
-    """Snapshots of the cases, all of which must converge."""
+    """Runs `sample` with a solver type at the cases in `folder`, and returns read_snapshots of the result.
+
+    AssertionError unless the exit code is 0, that is, all cases have converged.
+    """
     folder.mkdir(exist_ok=True)
     deck = copy_deck(
         ROOT / "tests" / "verification" / "decks" / "random_loads.yaml",
@@ -43,7 +50,10 @@ def sample(program, folder, solver, cases):
 
 
 def largest_difference(one, other):
-    """Of u and lambda, case by case, over the largest entry of the whole set."""
+    """Returns the largest difference of a displacement or contact force in two snapshot sets.
+
+    Each of the two is relative to the largest absolute value in all cases of `other`.
+    """
     return max(
         np.abs(one[name] - other[name]).max() / np.abs(other[name]).max()
         for name in ("displacement", "multipliers")

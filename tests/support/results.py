@@ -10,7 +10,7 @@ import numpy as np
 
 
 def read_snapshots(path):
-    """Datasets of snapshots.h5 by name."""
+    """Returns some datasets of snapshots.h5: name -> array; term_texts is a list of texts."""
     with h5py.File(path) as file:
         names = ("parameters", "displacement", "multipliers", "reasons", "residuals", "free_response")
         snapshots = {name: file[name][()] for name in names}
@@ -19,12 +19,12 @@ def read_snapshots(path):
 
 
 def read_table(path):
-    """Columns of a CSV file: arrays of numbers, lists of words."""
+    """Returns the columns of a CSV file: name -> array, or list of texts if a value is no number."""
     return table_of(Path(path).read_text())
 
 
 def table_of(text):
-    """Columns of the text of a CSV file."""
+    """Returns the columns of the text of a CSV file as read_table does; there must be a row below the header."""
     rows = list(csv.DictReader(io.StringIO(text)))
     table = {}
     for name in rows[0]:
@@ -37,6 +37,6 @@ def table_of(text):
 
 
 def read_fields(path, point=1):
-    """Datasets of one point of fields.h5 by name."""
+    """Returns the datasets of one point (from 1) of fields.h5: name -> array."""
     with h5py.File(path) as file:
         return {name: dataset[()] for name, dataset in file[f"points/{point:04d}"].items()}

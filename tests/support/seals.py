@@ -5,14 +5,14 @@ import h5py
 
 
 def change(path, how):
-    """Apply a function to the open file, and seal it again."""
+    """Calls how(file) with the HDF5 file opened for changes, and then seals it again."""
     with h5py.File(path, "r+") as file:
         how(file)
     seal(path)
 
 
 def seal(path):
-    """Put the checksum of all that follows into the first 512 bytes: FNV-1a, 64 bits."""
+    """Writes length and checksum (FNV-1a, 64 bits) of all that follows into the first 512 bytes of a file."""
     content = path.read_bytes()[512:]
     checksum = 0xCBF29CE484222325
     for byte in content:

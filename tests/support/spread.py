@@ -7,7 +7,7 @@ import pytest
 
 
 def spread(*lists):
-    """All combinations of the entries of several lists, for pytest.mark.parametrize.
+    """Returns all combinations of the entries of several lists, for pytest.mark.parametrize.
 
     The suite runs a few in which each entry occurs: the i-th entries of all lists, where shorter lists start again.
     The others are marked long.

@@ -19,19 +19,22 @@ materials:
 
 
 def core_and_rim(place):
-    """The region of a cell of the lower block by the middle of the cell."""
+    """Returns the region of a cell of the lower block, core or rim; `place` is the middle of the cell."""
     return "core" if place[0] < 0.5 else "rim"
 
 
 def split_region(mesh, name, name_at):
-    """Cells of a region get the name that a function finds for their middles."""
+    """Gives the elements with the physical name `name` other names: name_at(middle of the element)."""
     for i, (kind, region, nodes) in enumerate(mesh.elements):
         if region == name:
             mesh.elements[i] = (kind, name_at(mesh.coordinates[nodes].mean(axis=0)), nodes)
 
 
 def write_two_materials_below(folder, name, element, n_dim, deck):
-    """A deck and its mesh `<name>.msh`: the lower one of two blocks has a core and a rim."""
+    """Writes `<name>.msh`, two blocks whose lower one has a core and a rim, and `<name>.yaml`; returns the latter.
+
+    `deck` is its text, in which MATERIALS replaces {materials}; `element` and `n_dim` are those of stacked_blocks.
+    """
     mesh = stacked_blocks(element, n_dim)
     split_region(mesh, "lower", core_and_rim)
     mesh.write(folder / f"{name}.msh")

@@ -9,7 +9,7 @@ import pytest
 
 @dataclass
 class Shown:
-    """One time step."""
+    """What VTK shows at one time step."""
 
     #: shape (n_nodes, 3), single precision
     points: np.ndarray
@@ -22,7 +22,7 @@ class Shown:
 
 
 def read_with_vtk(path):
-    """{time: what is shown then}; the test is left out where vtk is not installed."""
+    """Returns time -> Shown of an XDMF file; skips the test if vtk is not installed."""
     pytest.importorskip("vtkmodules.vtkIOXdmf2")
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
