@@ -69,9 +69,9 @@ contains
     end associate
   end subroutine create_shape
 
-  !> Returns the nodes of the parts of a facet. A linear facet is its own part. A quadratic one is cut at the nodes in its middle,
-  !> so that neighbors still fit together: an edge into two, a face into a part at each corner and, without a node in its middle,
-  !> one between those of its edges.
+  !> Returns the nodes of the parts of a facet. A linear facet is its own part. A quadratic one is cut at its mid-side nodes, so
+  !> that neighbors still fit together: an edge into two; a face with a central node into a part at each corner; any other face into
+  !> a part at each corner and one between its mid-side nodes.
   pure function parts_of(n_dim, n_corners, n_nodes) result(parts)
     !> dimension of the facet, and numbers of its corners and nodes
     integer, intent(in) :: n_dim, n_corners, n_nodes

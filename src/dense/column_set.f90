@@ -41,8 +41,8 @@ contains
     self%n = 0
   end subroutine reserve
 
-  !> Adds a column to the set as the last one. If the column depends on those of the set (its part beside them is at most 1e-10), or
-  !> if the set is full, the set does not change and is_dependent is true.
+  !> Adds a column to the set as the last one. If the column depends on those of the set (the part that they do not span is at most
+  !> 1e-10 long), or if the set is full, the set does not change and is_dependent is true.
   !>
   !> The method is Gram-Schmidt, twice, so that Q stays orthonormal up to rounding.
   subroutine add(self, matrix, i_column, is_dependent)

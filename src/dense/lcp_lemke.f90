@@ -123,8 +123,8 @@ contains
     partner = merge(variable + n, variable - n, variable <= n)
   end function complement
 
-  !> Finds the row with the lexicographically smallest ratio among the positive entries of the entering column; 0 = a ray. If z0 is
-  !> among the rows with the smallest ratio, it leaves, because this ends the path.
+  !> Finds the row with the lexicographically smallest ratio among those where the entering column is positive by more than
+  !> rounding; 0 = there is none, a ray. If z0 is among the rows with the smallest ratio, it leaves, because this ends the path.
   pure subroutine find_leaving_row(workspace, n, entering, i_leaving)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n

@@ -203,8 +203,8 @@ contains
     end if
   end subroutine try_column
 
-  !> Solves the least squares problem of the columns in use, and takes out columns whose coefficient would become negative, until
-  !> all coefficients are positive.
+  !> Solves the least squares problem of the columns in use, and takes out columns whose coefficient would become zero or negative,
+  !> until all coefficients are positive. Sets x and the residual of the workspace.
   subroutine improve(workspace)
     type(nnls_workspace_t), intent(inout) :: workspace
     real(rk) :: step

@@ -21,8 +21,8 @@ contains
 
   !> Makes the contact rows of all contact entries of the deck, and adds the terms of their gaps behind all others.
   !>
-  !> Errors: surfaces that do not face each other, nodes in two contacts, nodes that cannot carry a contact force, a gap of the deck
-  !> that is not finite. Then the rows are not complete.
+  !> Errors: those of find_node_pairs, set_initial_gaps and add_mortar_rows, such as surfaces that do not face each other, nodes in
+  !> two contacts, nodes that cannot carry a contact force, a gap of the deck that is not finite. Then the rows are not complete.
   subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh

@@ -101,9 +101,9 @@ contains
     PetscCall(VecDestroy(prescribed, ierr))
   end subroutine hold
 
-  !> Prepares solves: factors the matrix, or builds the multigrid levels. The solver keeps the matrix alive, so the caller may
-  !> destroy its own handle. A singular matrix (reason_floating_body) and other failures of MUMPS or PETSc (reason_linear_solver,
-  !> with a warning) are reasons, not errors. Collective.
+  !> Prepares solves: frees what an earlier call made, and factors the matrix, or builds the multigrid levels. The solver keeps the
+  !> matrix alive, so the caller may destroy its own handle. A singular matrix (reason_floating_body) and other failures of MUMPS or
+  !> PETSc (reason_linear_solver, with a warning) are reasons, not errors. Collective.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> symmetric, with blocks of n_dim rows

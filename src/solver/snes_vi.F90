@@ -84,7 +84,9 @@ contains
     PetscCall(VecDestroy(solution, ierr))
   end subroutine solve
 
-  !> Computes the size of the displacements [length] and of the forces [force] that can occur at the point. Collective.
+  !> Computes the size of the displacements and of the forces that can occur at the point. length_scale [length] is the largest size
+  !> of values, bounds of the unknowns, and loads over the size of T' K T; 1 if these are zero. force_scale [force] is the largest
+  !> size of K values and loads; if that is only rounding, the size of T' K T times length_scale. Collective.
   subroutine scales(self, system, theta, values, loads, length_scale, force_scale, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system

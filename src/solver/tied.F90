@@ -153,9 +153,9 @@ contains
     real(rk), intent(in) :: forces(:, :)
     !> [length] zero where nothing is held, same shape
     real(rk), intent(in) :: values(:, :)
-    !> shape (n_rows, n_columns)
+    !> [force] in closed rows, [length] minus the part of B u on free dofs in the others, shape (n_rows, n_columns)
     real(rk), allocatable, intent(out) :: rows(:, :)
-    !> shape (size(tied%dofs), n_columns)
+    !> [length] shape (size(tied%dofs), n_columns)
     real(rk), allocatable, intent(out) :: fields(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: local(:, :), rhs(:, :), unknowns(:, :), residual(:, :)
