@@ -175,8 +175,8 @@ class Answer:
     domain_multipliers: FloatArray
     #: numbers of these contacts, from 0, shape (n_domain_contacts)
     domain_contacts: IntArray
-    #: displacement of all nodes, or of the nodes that the query asked for [length unit of the model], NaN at nodes
-    #: without a displacement; shape (n_nodes, n_dimensions)
+    #: displacement of the nodes that the query asked for, in their order, or of all, in the order of Model.nodes
+    #: [length unit of the model], NaN at nodes without a displacement; shape (n_nodes, n_dimensions)
     displacement: FloatArray
     #: reduced coordinates of the local model `cluster` [length unit of the model], shape (n_modes), which may be (0);
     #: NaN if the full-order operator answered and they do not exist

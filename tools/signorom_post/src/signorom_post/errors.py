@@ -17,7 +17,10 @@ class InputError(Exception):
 
 @contextmanager
 def writing(what: str, place: Path) -> Iterator[None]:
-    """Turns an OSError in its block into an InputError: `<what> cannot be written`; `place` is the folder or file."""
+    """Turns an OSError in its `with` block into an InputError with the sentence `<what> cannot be written (reason)`.
+
+    The InputError names the file of the OSError, or `place` if this has none.
+    """
     try:
         yield
     except OSError as error:

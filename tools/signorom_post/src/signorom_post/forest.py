@@ -105,7 +105,10 @@ def no_scikit_learn(reason: str) -> InputError:
 
 
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
-    """Returns name -> array of the nodes of all trees, one after the other, as in include/signorom/forest.h."""
+    """Returns name -> array of the nodes of all trees, one after the other, as in include/signorom/forest.h.
+
+    `shares`, shape (n_nodes, n_clusters), are the values there; a cluster without points has the share 0.
+    """
     trees = [estimator.tree_ for estimator in classifier.estimators_]
     features = np.concatenate([tree.feature for tree in trees])
     shares = np.zeros((len(features), n_clusters))

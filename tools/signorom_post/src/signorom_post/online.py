@@ -45,7 +45,10 @@ class Model:
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
-        """Opens a file; ModelError if it is no usable model or too new, LibraryError if the library cannot be used."""
+        """Opens a model file; ModelError if it is missing, damaged, no model, newer than the library, or cannot answer.
+
+        LibraryError if the library is missing or cannot be used.
+        """
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))
         self._library = self._handles.library
@@ -58,7 +61,7 @@ class Model:
         self._summary = self._summarize()
 
     def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
-        """Makes copies and other processes open the file, because a handle of the library is not valid there."""
+        """Makes copies and other processes open the file, as a handle is not valid there; ValueError if closed."""
         with self._handles.model():
             return type(self), (self._path,)
 
@@ -161,10 +164,7 @@ class Model:
 
     @property
     def contact_entries(self) -> IntArray:
-        """Number, from 0, of the contact of the deck to which each contact force belongs; shape (n_contacts).
-
-        It is empty if an earlier version wrote the file.
-        """
+        """Number (from 0) of the deck's contact of each contact force, (n_contacts); empty in files of earlier versions."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
@@ -172,7 +172,7 @@ class Model:
         return entries.astype(np.int64)
 
     def _n_entries(self, model: c_void_p) -> tuple[int, int]:
-        """Returns the number of contacts of the deck (0 in files of earlier versions), and of components of a moment."""
+        """Returns the number of contacts of the deck (0 in files of earlier versions) and of components of a moment."""
         n_entries, n_moments = c_int(), c_int()
         self._library.signorom_get_contact_entries(model, byref(n_entries), byref(n_moments), None)
         return n_entries.value, n_moments.value
@@ -215,7 +215,7 @@ class Model:
     def displacement_sources(self) -> IntArray:
         """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes).
 
-        This holds for the reduced model; its full-order operator (method `condensed`) may have all of them exact.
+        A hyper-reduced model that answers by its full-order operator (method `condensed`) may have all of them exact.
         """
         sources = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         with self._handles.model() as model:

@@ -56,7 +56,8 @@ def figure_13(study: Study) -> Outcome:
 def statistics(validation: Validation) -> published.MapStatistics:
     """Returns the statistics of the dual error on the reduced domain.
 
-    Points where neither model has contact do not count.
+    Points whose error is nan, where neither model has contact, do not count; there must be others. Quantiles are errors
+    of points, without interpolation.
     """
     error = validation.columns["e_lambda_rid"]
     error = error[~np.isnan(error)]

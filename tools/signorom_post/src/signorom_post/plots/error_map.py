@@ -31,7 +31,10 @@ class ErrorMap:
 
 
 def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
-    """Returns a figure with one panel per map; each point is a cell in the color of its error."""
+    """Returns a figure with one panel per map; each point is a cell in the color of its error.
+
+    Points with the error nan are gray, and those with an infinite one are red.
+    """
     figure = new_figure(8.6 if len(maps) > 1 else 5.6, 4.3)
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
     for axes, item in zip(panels, maps, strict=True):

@@ -20,7 +20,8 @@ SHOWN_BELOW_TOLERANCE = 1e-8
 def energy_tail(singular_values: FloatArray) -> FloatArray:
     """Returns the share of the energy beyond the first l modes, for l = 0 to m; shape (m + 1); (20) of the paper.
 
-    `singular_values` has the shape (m). The energy of a mode is its singular value squared.
+    `singular_values`, descending, has the shape (m). The energy of a mode is its singular value squared. If all are 0,
+    so is the result.
     """
     squares = singular_values**2
     tail = np.append(np.cumsum(squares[::-1])[::-1], 0.0)
@@ -28,7 +29,7 @@ def energy_tail(singular_values: FloatArray) -> FloatArray:
 
 
 def kept_modes(cluster: Cluster, tolerance: float) -> int:
-    """Returns the smallest number of modes l whose energy tail is below the tolerance.
+    """Returns the smallest number of modes l beyond which the energy tail is below the tolerance, which is positive.
 
     The basis in the model may have fewer modes, because imposing the prescribed displacements on it removes some.
     """

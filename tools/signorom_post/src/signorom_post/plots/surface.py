@@ -24,7 +24,8 @@ MOST_EDGES = 8000
 def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
     """Returns a rotation, shape (3, 3); its rows are unit vectors to the right, upwards, and towards the viewer.
 
-    `azimuth` and `elevation` [degrees]: where the viewer stands, as AZIMUTH and ELEVATION say.
+    The viewer stands in the direction `azimuth` [degrees], from x towards y, and `elevation` [degrees] above the x-y
+    plane.
     """
     a, e = np.radians([azimuth, elevation])
     return np.array(
@@ -50,7 +51,7 @@ def draw_surface(
     """Draws the faces that point towards the viewer, the far ones first, and returns the polygons.
 
     `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values, which the
-    light makes darker.
+    light makes darker. `towards` is the rotation that `view` returns; default: the standard view.
     """
     towards = view() if towards is None else towards
     corners = points[faces.nodes]
@@ -79,7 +80,8 @@ def one_color(faces: Faces, color: str) -> FloatArray:
 def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray | None = None) -> None:
     """Gives the axes equal scales and limits around `points`, and replaces ticks by two drawings below the picture.
 
-    These are arrows along x, y and z, and a scale bar of a round length in `unit`.
+    These are arrows along x, y and z, and a scale bar of a round length in `unit`. `points` has the shape (n, 3);
+    `towards` is the rotation that `view` returns; default: the standard view.
     """
     towards = view() if towards is None else towards
     flat = points @ towards[:2].T

@@ -21,8 +21,9 @@ def cells_of_mixed(
 ) -> tuple[list[IntArray], list[int]]:
     """Returns the nodes of each cell of XDMF's mixed list, and the dimension of each cell.
 
-    `flat` is the list: for each cell the number of its type, then its nodes. `known` are the types that may occur;
-    InputError for another type, or if the list ends too early.
+    `flat` is the list: for each cell the number of its type, then its nodes from 0. `known` are the types that may
+    occur: number -> (number of nodes, dimension). InputError, about `file`, for another type, or if the list ends too
+    early.
     """
     cells, dimensions, start = [], [], 0
     while start < len(flat):
