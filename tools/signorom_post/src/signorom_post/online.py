@@ -164,7 +164,7 @@ class Model:
 
     @property
     def contact_entries(self) -> IntArray:
-        """Number (from 0) of the deck's contact of each contact force, (n_contacts); empty in files of earlier versions."""
+        """Number (from 0) of the deck's contact of each contact force, (n_contacts); empty if an older file has none."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
