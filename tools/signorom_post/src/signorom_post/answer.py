@@ -201,13 +201,14 @@ class Answer:
     #: solution is not unique, so that the forces are less reliable
     n_solutions: int
     #: certificate: upper bound of the error of the contact forces in the energy norm [sqrt(force * length)]; None if
-    #: the model cannot give one, 1.8e308 (the largest number) if the error may be of any size
+    #: the model cannot give one for this answer, 1.8e308 (the largest number) if the error may be of any size
     bound: float | None
     #: `bound` over the size of the forces, which counts as at least a thousandth of the largest size in training. If it
     #: is at most 1e-12, the forces are exact
     relative_bound: float | None
     #: certificate: upper bound of the error of the displacement in the norm of the stiffness [sqrt(force * length)],
-    #: without rigid motions of bodies that only contact holds; None if the model cannot give one, 1.8e308 as in `bound`
+    #: without rigid motions of bodies that only contact holds; None if the model cannot give one for this answer,
+    #: 1.8e308 as in `bound`
     displacement_bound: float | None
     #: `displacement_bound` over the size of the displacement, which counts as at least a thousandth of the largest size
     #: in training

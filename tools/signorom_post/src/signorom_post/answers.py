@@ -42,7 +42,7 @@ class Answers:
     residual: FloatArray
     #: number of different solutions of the reduced problem that two starts of the solver found; 0 without an answer
     n_solutions: IntArray
-    #: certificates as in Answer, NaN if the model cannot give one
+    #: certificates as in Answer, NaN if the model cannot give one for an answer
     bound: FloatArray
     relative_bound: FloatArray
     displacement_bound: FloatArray

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 class InputError(Exception):
-    """A file cannot be used. The message is the name of the file and one sentence."""
+    """What the user gave, mostly a file, cannot be used. The message is `<file or command>: error: <sentence>`."""
 
     def __init__(self, path: Path | str, sentence: str) -> None:
         super().__init__(f"{path}: error: {sentence}")

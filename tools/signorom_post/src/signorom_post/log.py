@@ -75,7 +75,7 @@ class Log:
         self._n_status_columns = len(text)
 
     def clear_status(self) -> None:
-        """Removes the status line from the terminal."""
+        """Removes the status line from stderr, if there is one."""
         if self._n_status_columns:
             print(f"\r{' ' * self._n_status_columns}\r", end="", file=sys.stderr, flush=True)
             self._n_status_columns = 0

@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Trains the forest, writes it, and prints its path and its out-of-bag accuracy, if it has one. Returns 0.
 
-    With --check it only looks for scikit-learn, and writes and prints nothing.
-    InputError if LABELS.csv or scikit-learn is missing, if the table is not valid, or if the forest cannot be written.
+    With --check it only looks for scikit-learn, and writes and prints nothing. InputError if scikit-learn is missing,
+    and without --check if LABELS.csv is missing or not valid, or if the forest cannot be written.
     """
     if options.check:
         need_scikit_learn()

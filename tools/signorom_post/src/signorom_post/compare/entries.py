@@ -22,6 +22,7 @@ COMMAND = "signorom run DECK --benchmark"
 class Entry:
     """One line of the table: a model or a full-order solver. None stands for a number that it does not have."""
 
+    #: name of the results folder, or its whole path; `full order` or `full order, factored anew` for a solver
     name: str
     #: kind of the model with the number of its clusters, or type of the full-order solver
     kind: str

@@ -28,7 +28,10 @@ def require_file(path: Path) -> None:
 
 
 class Hdf5Input:
-    """Access to datasets and attributes, all of which are checked. Use it in a `with` block, which closes the file."""
+    """The datasets and attributes of an HDF5 file. Each error is an InputError with the name of the file.
+
+    Use it in a `with` block, which closes the file.
+    """
 
     def __init__(self, path: Path) -> None:
         """Opens a file; InputError if it is missing or cannot be read."""
@@ -58,7 +61,7 @@ class Hdf5Input:
         return InputError(self.path, sentence)
 
     def check_format(self, name: str, version: int) -> None:
-        """Raises InputError if the file is of another format, or of a version that this package does not read."""
+        """Raises InputError if the file is of another format than `name`, or of another version of it than `version`."""
         found = self.attribute("/", "format")
         if found is None:
             raise self.fail(f"the file is not a '{name}' file: it has no attribute 'format'")
