@@ -12,7 +12,7 @@ WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST, ABSENT = "within", "OUTSIDE", "outside, not
 
 
 def percent(value: float) -> str:
-    """Returns a share in percent with two significant digits, as the paper prints errors: 0.025 is `2.5 %`, inf is inf."""
+    """Returns a share in percent with two significant digits, as the paper prints errors: 0.025 becomes `2.5 %`."""
     return f"{float(f'{100 * value:.2g}'):g} %" if math.isfinite(value) else str(value)
 
 
