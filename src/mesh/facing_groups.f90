@@ -26,9 +26,13 @@ module sig_facing_groups
   !> A named surface with the data for the search.
   type :: surface_t
     integer :: group = 0
-    integer :: body = 0
-    !> [length] largest distance at which another surface counts as facing
+    !> numbers of its bodies, without repeats
+    integer, allocatable :: bodies(:)
+    !> [length] mean facet size, and largest distance at which another surface counts as facing
+    real(rk) :: facet_size = 0
     real(rk) :: reach = 0
+    !> [length] least gap of each facet to a surface that faces it; huge if there is none
+    real(rk), allocatable :: least_gap(:)
     !> [length] center of each facet, and its outward normal times its length or area; shape (n_dim, n_facets)
     real(rk), allocatable :: centers(:, :)
     real(rk), allocatable :: area_vectors(:, :)
@@ -49,9 +53,10 @@ contains
 
   !> Finds all pairs of named surfaces of different bodies of which one faces the other with at least a fifth of its area. A facet
   !> counts as facing if the nearest facet of the other surface (by their centers) has a normal within 60 degrees of the opposite
-  !> direction and is not farther away than the larger `reach` of both surfaces: 0.1 times the diagonal of the box around a surface,
-  !> or 2 times its mean facet size if this is more. The pairs are in the order of the groups. A surface that is not the outside of
-  !> exactly one body is left out.
+  !> direction, is not farther away than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or
+  !> 2 times its mean facet size if this is more), overlaps by at most the larger facet size, and no third surface lies between: one
+  !> to which the gap is smaller by more than the facet size. The pairs are in the order of the groups. A surface with elements on
+  !> both sides is left out.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)
@@ -60,10 +65,16 @@ contains
     integer :: i, k
 
     call measure_surfaces(mesh, surfaces)
+    do i = 1, size(surfaces)
+      do k = 1, size(surfaces)
+        if (have_common_body(surfaces(i), surfaces(k))) cycle
+        surfaces(i)%least_gap = min(surfaces(i)%least_gap, gaps_between(surfaces(i), surfaces(k)))
+      end do
+    end do
     allocate (pairs(0))
     do i = 1, size(surfaces)
       do k = i + 1, size(surfaces)
-        if (surfaces(i)%body == surfaces(k)%body) cycle
+        if (have_common_body(surfaces(i), surfaces(k))) cycle
         one = face(surfaces(i), surfaces(k))
         other = face(surfaces(k), surfaces(i))
         if (other%share > one%share) one = other
@@ -72,37 +83,58 @@ contains
     end do
   end subroutine find_facing_groups
 
-  !> Measures the named surfaces that are the outside of exactly one body.
+  !> Whether both surfaces belong to one body; also true for one surface.
+  pure logical function have_common_body(one, other)
+    type(surface_t), intent(in) :: one
+    type(surface_t), intent(in) :: other
+    integer :: i
+
+    have_common_body = any([(any(other%bodies == one%bodies(i)), i=1, size(one%bodies))])
+  end function have_common_body
+
+  !> Measures the named surfaces without elements on both sides.
   subroutine measure_surfaces(mesh, surfaces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), allocatable, intent(out) :: surfaces(:)
     type(surface_geometry_t) :: geometry
-    type(surface_t) :: surface
     integer, allocatable :: body_of_node(:)
-    integer :: i, k, n_bodies
+    integer :: i, n_bodies
 
     call find_bodies(mesh, body_of_node, n_bodies)
     allocate (surfaces(0))
     do i = 1, size(mesh%groups)
-      associate (group => mesh%groups(i))
-        if (group%n_dim /= mesh%n_dim - 1 .or. size(group%entities) == 0) cycle
-        call measure_surface(mesh, i, geometry)
-        if (geometry%inner_facet > 0) cycle
-        surface = surface_t(group=i, body=body_of_node(group%nodes(1)))
-        if (any(body_of_node(group%nodes) /= surface%body)) cycle
-        allocate (surface%centers(mesh%n_dim, size(group%entities)))
-        do k = 1, size(group%entities)
-          associate (nodes => nodes_of_facet(mesh, group%entities(k)))
-            surface%centers(:, k) = sum(mesh%coordinates(:, nodes), dim=2) / size(nodes)
-          end associate
-        end do
-        surface%area_vectors = geometry%area_vectors
-        surface%reach = max(of_facets * geometry%mesh_size, of_length * length_of(mesh%coordinates(:, group%nodes)))
-        call surface%tree%create(surface%centers)
-        surfaces = [surfaces, surface]
-      end associate
+      if (mesh%groups(i)%n_dim /= mesh%n_dim - 1 .or. size(mesh%groups(i)%entities) == 0) cycle
+      call measure_surface(mesh, i, geometry)
+      if (geometry%inner_facet == 0) surfaces = [surfaces, surface_of(mesh, i, geometry, body_of_node)]
     end do
   end subroutine measure_surfaces
+
+  !> Returns the data of one surface; nothing faces it yet.
+  function surface_of(mesh, i_group, geometry, body_of_node) result(surface)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    type(surface_geometry_t), intent(in) :: geometry
+    !> shape (n_nodes)
+    integer, intent(in) :: body_of_node(:)
+    type(surface_t) :: surface
+    integer :: i
+
+    associate (group => mesh%groups(i_group))
+      surface%group = i_group
+      surface%bodies = pack([(i, i=1, maxval(body_of_node))], [(any(body_of_node(group%nodes) == i), i=1, maxval(body_of_node))])
+      allocate (surface%centers(mesh%n_dim, size(group%entities)))
+      do i = 1, size(group%entities)
+        associate (nodes => nodes_of_facet(mesh, group%entities(i)))
+          surface%centers(:, i) = sum(mesh%coordinates(:, nodes), dim=2) / size(nodes)
+        end associate
+      end do
+      surface%area_vectors = geometry%area_vectors
+      surface%facet_size = geometry%mesh_size
+      surface%reach = max(of_facets * geometry%mesh_size, of_length * length_of(mesh%coordinates(:, group%nodes)))
+      allocate (surface%least_gap(size(group%entities)), source=huge(1.0_rk))
+    end associate
+    call surface%tree%create(surface%centers)
+  end function surface_of
 
   !> Returns the diagonal [length] of the box around points.
   pure real(rk) function length_of(points)
@@ -111,28 +143,39 @@ contains
     length_of = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function length_of
 
+  !> Returns the gap [length] of each facet of a surface to the nearest facet of another surface, along the normal of the first one;
+  !> huge where they do not face each other.
+  pure function gaps_between(surface, other) result(gaps)
+    type(surface_t), intent(in) :: surface
+    type(surface_t), intent(in) :: other
+    real(rk) :: gaps(size(surface%centers, 2))
+    real(rk) :: distance, gap
+    integer :: i, nearest
+
+    gaps = huge(gaps)
+    do i = 1, size(gaps)
+      call other%tree%nearest(surface%centers(:, i), nearest, distance)
+      associate (normal => surface%area_vectors(:, i) / norm2(surface%area_vectors(:, i)), across => other%area_vectors(:, nearest))
+        if (distance > max(surface%reach, other%reach) .or. dot_product(normal, across) > opposite * norm2(across)) cycle
+        gap = dot_product(normal, other%centers(:, nearest) - surface%centers(:, i))
+      end associate
+      if (gap >= -max(surface%facet_size, other%facet_size)) gaps(i) = gap
+    end do
+  end function gaps_between
+
   !> Computes the share of a surface's area that faces another surface, and the gaps there. Where nothing faces the share is 0, and
   !> the gaps must not be used.
   pure type(facing_groups_t) function face(surface, other) result(pair)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other
-    real(rk) :: area, distance, gap, total
-    integer :: i, nearest
+    real(rk), dimension(size(surface%centers, 2)) :: areas, gaps
+    logical :: is_facing(size(areas))
 
-    pair = facing_groups_t(surface%group, other%group, 0.0_rk, [huge(gap), -huge(gap)])
-    total = 0
-    do i = 1, size(surface%centers, 2)
-      area = norm2(surface%area_vectors(:, i))
-      total = total + area
-      call other%tree%nearest(surface%centers(:, i), nearest, distance)
-      associate (normal => surface%area_vectors(:, i) / area, across => other%area_vectors(:, nearest))
-        if (distance > max(surface%reach, other%reach) .or. dot_product(normal, across) > opposite * norm2(across)) cycle
-        gap = dot_product(normal, other%centers(:, nearest) - surface%centers(:, i))
-      end associate
-      pair%share = pair%share + area
-      pair%gap = [min(pair%gap(1), gap), max(pair%gap(2), gap)]
-    end do
-    pair%share = pair%share / total
+    areas = norm2(surface%area_vectors, dim=1)
+    gaps = gaps_between(surface, other)
+    is_facing = gaps < huge(gaps) .and. gaps <= surface%least_gap + surface%facet_size
+    pair = facing_groups_t(surface%group, other%group, sum(areas, mask=is_facing) / sum(areas), &
+      [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)])
     where (abs(pair%gap) < rounding * surface%reach) pair%gap = 0
   end function face
 end module sig_facing_groups

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from block_meshes import stacked_blocks
+from gmsh_mesh import make_mesh
 from runs import HERE, refuse
 
 MESHES = HERE.parents[1] / "meshes"
@@ -38,6 +39,41 @@ def test_contacts_of_known_meshes(signorom, tmp_path, name):
     signorom("init", copy_mesh(name, tmp_path), folder=tmp_path)
     deck = yaml.safe_load((tmp_path / f"{name}.yaml").read_text())
     assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == CONTACTS[name]
+
+
+BLOCKS = {
+    # thin plates one above the other, with gaps of 0.2: no contact through a plate
+    "leaves": (
+        ["lower {0, 0, 0, 40, 2}", "middle {0, 2.2, 0, 40, 2}", "upper {0, 4.4, 0, 40, 2}"],
+        [{"lower_top", "middle_bottom"}, {"middle_top", "upper_bottom"}],
+    ),
+    # a region of two bodies, whose bottoms are one surface
+    "feet": (
+        ["lower {0, 0, 0, 40, 20}", "upper {0, 20, 0, 15, 8}", "upper {25, 20, 0, 15, 8}"],
+        [{"lower_top", "upper_bottom"}],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BLOCKS)
+def test_contacts_of_blocks(signorom, tmp_path, name):
+    rectangles, contacts = BLOCKS[name]
+    lines, groups = ['SetFactory("OpenCASCADE");', "Mesh.MeshSizeMax = 2;"], {}
+    for i, rectangle in enumerate(rectangles, 1):
+        region, place = rectangle.split(" ", 1)
+        lines.append(f"Rectangle({i}) = {place};")
+        for group, number in (
+            (f'Surface("{region}")', i),
+            (f'Curve("{region}_bottom")', 4 * i - 3),
+            (f'Curve("{region}_top")', 4 * i - 1),
+        ):
+            groups.setdefault(group, []).append(str(number))
+    lines += [f"Physical {group} = {{{', '.join(numbers)}}};" for group, numbers in groups.items()]
+    (tmp_path / "part.geo").write_text("\n".join(lines) + "\n")
+    make_mesh(tmp_path / "part.geo", tmp_path / "part.msh")
+    signorom("init", "part.msh", folder=tmp_path)
+    deck = yaml.safe_load((tmp_path / "part.yaml").read_text())
+    assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == contacts
 
 
 @pytest.mark.parametrize("n_dim", [2, 3])
