@@ -213,8 +213,8 @@ int signorom_get_next_cluster(const signorom_model *model, const double *point, 
 
 /* Makes a context for queries. The call sets `*context` even when it fails, so that signorom_message can tell the
  * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the model is not open. SIGNOROM_BAD_MODEL: an
- * expression of the model is not valid. Create a context before the threads that use it start, and always free it; the
- * model must stay open as long as the context exists. */
+ * expression of the model is not valid. Make and free contexts one at a time, under a lock or before the threads start;
+ * other threads may query meanwhile. Always free a context; the model must stay open as long as it exists. */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
 /* Returns the message of the last failed call with the context; a later success does not clear it. It is empty if no
  * call failed, and null where the context is null. The text is valid until the next failed call. */
@@ -268,9 +268,11 @@ int signorom_query_arrays(signorom_context *context, int n, const double *points
 int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the contact forces of the last answer on all contacts [n_contacts]. Where the reduced problem of a
  * hyper-reduced model answers, the forces outside of the domain are the non-negative combination of the training
- * solutions that fits the answer best, but zero at contacts that are open by the displacement. Such contacts keep their
- * force in models with bodies that only contact holds, and in models that have bounds without the full-order operator.
- * With bodies that only contact holds, all forces are then changed so that they balance the loads. */
+ * solutions that fits the answer best. A contact outside of the domain loses its force where the displacement opens it
+ * more than the force weighs, both relative to their sizes in training; where it opens less, the force stays. No
+ * contact loses its force in models with bodies that only contact holds, nor in models that have bounds without the
+ * full-order operator. With bodies that only contact holds, all forces are then changed so that they balance the loads,
+ * if that is possible. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the reduced coordinates of the last answer, in the unit of lengths: [n_modes] of that signorom_answer, which
  * differs between clusters and may be 0. Where the full-order operator answered, they are those of the chosen cluster
@@ -305,9 +307,10 @@ const char *signorom_region_name(const signorom_model *model, int region);
 int signorom_get_contact_facets(const signorom_model *model, int *starts, int *nodes, int *contacts);
 /* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
- * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. This call
- * and the next two compute all fields of an answer when the first of them is made. All three return SIGNOROM_NO_ANSWER
- * where the model gives no fields, or where an elastic constant or an imposed strain has no value at the point. */
+ * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. The
+ * first of these three calls after a query computes all fields; the others copy them. All three return
+ * SIGNOROM_NO_ANSWER where the model gives no fields, or where an elastic constant or an imposed strain has no value at
+ * the point. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
                           double *nodal_von_mises);
 /* Gives the strains that temperatures and swelling impose at the point of the last answer, as means over the cells
@@ -316,19 +319,21 @@ int signorom_get_imposed_strains(signorom_context *context, double *strain);
 /* Gives the contact fields of the last answer. At the nodes: the force of the other body [n_nodes][n_dimensions],
  * contact pressure (0 off the contacts) and gap after the displacement (NaN off the contacts) [n_nodes], and the status
  * [n_nodes]: 0 no contact, 1 open, 2 closed. In the cells: the status [n_cells]: 0 no contact at their nodes, 1 open, 2
- * closed, 3 closed at some nodes. Any array may be null. Errors as for signorom_get_stresses. */
+ * closed, 3 some nodes open and some closed; nodes without a contact do not count. Any array may be null. Errors as for
+ * signorom_get_stresses. */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 
 /* Computes the derivatives of the last answer with respect to each parameter, where closed contacts with a force stay
  * closed and open ones stay open. n_grazing contacts touch without a force and may do either. With such contacts, or at
- * a kink of an expression of the deck, the derivative towards larger values (direction 1) differs from the one towards
- * smaller values (direction -1), and is_one_sided [n_parameters] is 1. n_grazing and is_one_sided may be null. Models
- * of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps the full-order
- * operator gives the derivatives of the full-order solution, and not those of its own answer. The call returns
- * SIGNOROM_NO_ANSWER without that operator, where a load jumps at the point (whole_edges) or an expression has no value
- * beside it, and where the forces are not unique; and SIGNOROM_BAD_ARGUMENT for another direction. It costs about one
- * query per parameter. */
+ * a kink of an expression of the deck, the derivative towards larger values (direction 1) may differ from the one
+ * towards smaller values (direction -1); is_one_sided [n_parameters] is 1 for the parameters where it does. Both
+ * directions give the derivative with respect to the parameter; -1 does not change the sign. n_grazing and is_one_sided
+ * may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps
+ * the full-order operator gives the derivatives of the full-order solution, and not those of its own answer. The call
+ * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator; if a load (whole_edges) or an
+ * expression jumps or has no value on this side of the point; and if the forces are not unique. It returns
+ * SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

@@ -74,7 +74,7 @@ def default(node, is_required):
     if isinstance(value, bool):
         return f"`{json.dumps(value)}`"
     if isinstance(value, float):
-        return f"`{value:.1e}`".replace("e-0", "e-")
+        return f"`{value:g}`".replace("e-0", "e-")
     if isinstance(value, str) and (" " in value):
         return value
     return f"`{json.dumps(value) if isinstance(value, list) else value}`".replace('"', "")

@@ -203,7 +203,7 @@ contains
   end function contact_columns
 
   !> Returns the line of the table for point i of the block, 1-based, without a line end. Without an answer, status is the reason in
-  !> quotes, the contact forces and n_active are 0, and the values of contact_values are `nan`. Requires: answer.
+  !> quotes, and n_active, the contact forces and the values of contact_values are `nan`. Requires: answer.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i
@@ -218,13 +218,17 @@ contains
     else
       text = text // '"' // reason_text(self%reasons(i)) // '",'
     end if
+    text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
+      bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ','
     associate (multipliers => self%multipliers(:, i))
-      text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
-        bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ',' // &
-        to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // self%contact_values(i)
-      do k = 1, size(multipliers)
-        text = text // ',' // to_text(multipliers(k))
-      end do
+      if (self%reasons(i) > 0) then
+        text = text // to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // self%contact_values(i)
+        do k = 1, size(multipliers)
+          text = text // ',' // to_text(multipliers(k))
+        end do
+      else
+        text = text // 'nan,nan' // self%contact_values(i) // repeat(',nan', size(multipliers))
+      end if
     end associate
   end function line
 

@@ -243,8 +243,8 @@ contains
 
     if (fields%n_left_out > 0) call log_warning('no fields for ' // counted(fields%n_left_out, 'point') // &
       ': there is no answer, or an elastic constant or an imposed strain is not finite')
-    call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // fields_folder(command%file, command%output) // &
-      '/fields.xdmf')
+    if (fields%n_written > 0) call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // &
+      fields_folder(command%file, command%output) // '/fields.xdmf')
   end subroutine report_fields
 
   function outside_text(model, point) result(text)

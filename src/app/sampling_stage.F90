@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> The first stage of a study: solves the deck's training points and candidates and keeps them in the results folder.
 module sig_sampling_stage
+  use sig_accuracy_warnings, only: rotation_warning
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_greedy_selection, only: select_points
   use sig_log, only: log_info, log_warning
@@ -70,7 +71,7 @@ contains
   end subroutine sample_candidates
 
   !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
-  !> converge (with a warning).
+  !> converge (with a warning). Warns as rotation_warning.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -87,6 +88,7 @@ contains
         call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; run the same command to try them again')
         session%exit_code = exit_not_converged
       end if
+      if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))
       call log_info(text)
     end if
   end subroutine tell_sampled

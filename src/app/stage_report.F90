@@ -3,7 +3,8 @@
 !> Fills and writes report.yaml, the common report of the stages of a study.
 module sig_stage_report
   use mpi, only: MPI_Get_processor_name, MPI_MAX_PROCESSOR_NAME
-  use sig_accuracy_warnings, only: equilibrium_warning
+  use sig_accuracy_warnings, only: equilibrium_warning, rotation_warning
+  use sig_body_rotations, only: largest_rotation
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
   use sig_deck_units, only: force_unit, stress_unit
@@ -87,8 +88,8 @@ contains
   end subroutine describe_run
 
   !> Adds the units, times, contact resultants, reaction forces and the state of each point (status, iterations, closed contacts,
-  !> residuals) of the full-order solutions. Warns in the log of points that did not converge, and as warn_of_residuals of the
-  !> points that did. Local.
+  !> residuals) of the full-order solutions. Warns in the log of points that did not converge, and as warn_of_residuals and
+  !> warn_of_rotations of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -107,6 +108,7 @@ contains
     call report_states(problem%deck, points, solved%states, report)
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
+    call warn_of_rotations(problem, solved, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
         format_point(problem%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
@@ -114,6 +116,26 @@ contains
       call report_reactions(i, reactions, report)
     end do
   end subroutine report_fields
+
+  !> Warns once in the log and in the report if rotation_warning has a text for the solved points.
+  subroutine warn_of_rotations(problem, solved, report)
+    type(problem_t), intent(in) :: problem
+    type(solved_points_t), intent(in) :: solved
+    type(run_report_t), intent(inout) :: report
+    character(:), allocatable :: warning
+    real(rk) :: rotation
+    integer :: i
+
+    rotation = 0
+    do i = 1, size(solved%states)
+      if (solved%states(i)%reason == reason_converged) &
+        rotation = max(rotation, largest_rotation(problem%motions, solved%states(i)%displacement))
+    end do
+    warning = rotation_warning(rotation)
+    if (warning == '') return
+    call log_warning(warning)
+    call report%add('residuals/rotation_warning', warning)
+  end subroutine warn_of_rotations
 
   !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals of full-order solutions.
   subroutine warn_of_residuals(residuals, report)

@@ -14,16 +14,32 @@ extern char **environ;
 
 enum { NOT_STARTED = 127, KILLED = 128 };
 
+/* Waits for the helper and returns its exit code, or NOT_STARTED if the system does not know it. */
+static int wait_for(pid_t helper) {
+  int status;
+  pid_t ended;
+  do ended = waitpid(helper, &status, 0);
+  while (ended < 0 && errno == EINTR);
+  if (ended < 0) return NOT_STARTED;
+  return WIFEXITED(status) ? WEXITSTATUS(status) : KILLED + WTERMSIG(status);
+}
+
 int sig_run_shell(const char *command) {
   /* The arguments of posix_spawn are not const, but it does not write to them. */
   char *const arguments[] = {(char *)(uintptr_t) "sh", (char *)(uintptr_t) "-c", (char *)(uintptr_t)command, NULL};
   pid_t helper;
-  int status;
-  if (posix_spawn(&helper, "/bin/sh", NULL, NULL, arguments, environ) != 0) return NOT_STARTED;
-  sig_set_stop_helper(helper);
-  /* The signal may have come before the helper was set. */
-  if (sig_is_stop_requested()) kill(helper, SIGTERM);
-  while (waitpid(helper, &status, 0) < 0 && errno == EINTR) continue;
-  sig_set_stop_helper(0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : KILLED + WTERMSIG(status);
+  int code = NOT_STARTED;
+  /* The program that started this one may have made it ignore SIGCHLD; then the system forgets the exit code of the
+   * helper. */
+  struct sigaction usual = {.sa_handler = SIG_DFL}, before;
+  sigaction(SIGCHLD, &usual, &before);
+  if (posix_spawn(&helper, "/bin/sh", NULL, NULL, arguments, environ) == 0) {
+    sig_set_stop_helper(helper);
+    /* The signal may have come before the helper was set. */
+    if (sig_is_stop_requested()) kill(helper, SIGTERM);
+    code = wait_for(helper);
+    sig_set_stop_helper(0);
+  }
+  sigaction(SIGCHLD, &before, NULL);
+  return code;
 }

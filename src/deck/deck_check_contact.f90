@@ -31,7 +31,7 @@ contains
         'is ' // shown(entry%second%text) // ', the same as first; it must be another surface')
       do i = 1, i_contact - 1
         if (are_same_surfaces(config%contact(i), entry)) call tree%report_at(path // '.first', &
-          'and second are the surfaces of contact[' // to_text(i) // '] already')
+          'and second are the two surfaces of contact[' // to_text(i) // ']; a pair may be given only once, in either order')
       end do
       if (entry%has_obstacle) then
         call check_obstacle(tree, path, config, entry)

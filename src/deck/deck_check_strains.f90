@@ -60,6 +60,6 @@ contains
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
     if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products ' // &
       'whose factors depend on the parameters or on the coordinates, not on both as ' // shown(factor) // ' does', &
-      'write sums in parentheses out, for example 2 * a^2 * x - (a + 1) * y^2')
+      'write out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2')
   end subroutine check_products
 end module sig_deck_check_strains

@@ -36,7 +36,8 @@ contains
       call check_point_set(tree, 'training', config%parameters, config%training)
     end if
     call check_point_set(tree, 'test', config%parameters, config%test)
-    if (config%reduction%has_fields .and. .not. has_all_nodes(config%reduction%displacement)) call tree%report_at( &
+    if (config%reduction%has_fields .and. config%reduction%method /= 'hhr' .and. &
+        .not. has_all_nodes(config%reduction%displacement)) call tree%report_at( &
       'reduction.fields', 'is true, and reduction.displacement leaves nodes without a displacement; fields need those of all: ' // &
       'displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
@@ -242,10 +243,9 @@ contains
     integer :: i
     logical :: is_value_allowed
 
-    words = split(options, ' ')
+    words = words_of(options)
     is_value_allowed = .false.
     do i = 1, size(words)
-      if (len(words(i)%text) == 0) cycle
       if (is_option(words(i)%text)) then
         is_value_allowed = .true.
         if (.not. has_known_prefix(words(i)%text)) call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
@@ -265,7 +265,7 @@ contains
   !> accuracy. The text is empty if there is none, or if `linear` is gamg. It begins with option and value, as in
   !> `-fom_pc_type jacobi; it must be ...`.
   pure function complaint_about_options(options, linear) result(complaint)
-    !> names and values with one blank between them; after two blanks the value counts as empty
+    !> names and values with blanks between them
     character(*), intent(in) :: options
     !> solver.linear of the deck
     character(*), intent(in) :: linear
@@ -275,7 +275,7 @@ contains
 
     complaint = ''
     if (linear == 'gamg') return
-    words = split(options, ' ')
+    words = words_of(options)
     do i = 1, size(words) - 1
       if (index(words(i)%text, '_pc_type') == 0) cycle
       if (words(i + 1)%text == 'cholesky' .or. words(i + 1)%text == 'lu') cycle
@@ -283,6 +283,16 @@ contains
       return
     end do
   end function complaint_about_options
+
+  !> Returns the words of a text that blanks separate.
+  pure function words_of(text) result(words)
+    character(*), intent(in) :: text
+    type(string_t), allocatable :: words(:)
+    integer :: i
+
+    words = split(text, ' ')
+    words = pack(words, [(len(words(i)%text) > 0, i=1, size(words))])
+  end function words_of
 
   !> Whether a word begins with a minus sign and no digit or point follows, so that `-1e-3` counts as a value.
   pure logical function is_option(word)

@@ -10,17 +10,20 @@ module sig_deck_checks
   use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
-  use sig_text, only: to_text
+  use sig_text, only: lower, to_text
   implicit none(type, external)
   private
   public :: check_deck
 
   !> names that no parameter may have: coordinates in expressions (now or later), columns of the tables that have the parameters as
-  !> columns, outputs of an FMU, true and false
-  character(*), parameter :: reserved_names(31) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
+  !> columns, outputs of an FMU, arguments of the Python interface
+  character(*), parameter :: reserved_names(32) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
     'e_u_energy_relative', 'n_active', 'n_active_full_order', 'full_order', 'n_solutions', 'error_bound', 'displacement_bound', &
-    'status', 'next_cluster', 'contact_force', 'order', 'indicator', 'error_u', 'error_lambda', 'is_inside_box', 'true', 'false']
+    'status', 'next_cluster', 'contact_force', 'order', 'indicator', 'error_u', 'error_lambda', 'is_inside_box', &
+    'relative_bound', 'nodes', 'self']
+  !> words in capital or small letters that readers of YAML do not take for a name
+  character(*), parameter :: yaml_words(7) = [character(5) :: 'true', 'false', 'yes', 'no', 'on', 'off', 'null']
 
 contains
 
@@ -68,7 +71,8 @@ contains
       return
     end if
     if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'is the name of a function; choose another name')
-    if (any(reserved_names == parameter%name)) call report_name(tree, parameter%name, 'is a reserved name; choose another name')
+    if (any(reserved_names == parameter%name) .or. any(yaml_words == lower(parameter%name))) &
+      call report_name(tree, parameter%name, 'is a reserved name; choose another name')
     if (parameter%minimum < parameter%maximum) return
     unit = ''
     if (len(parameter%unit) > 0) unit = ' ' // parameter%unit

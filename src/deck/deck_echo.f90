@@ -24,15 +24,9 @@ contains
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
 
-    integer :: i
-
     yaml = 'title: ' // yaml_text(config%title) // eol // units_section(config) // &
       'mesh: {file: ' // yaml_text(config%mesh%file) // ', model: ' // config%mesh%model // ', length_unit: ' // &
-      config%mesh%length_unit // '}' // eol // 'parameters:' // eol
-    do i = 1, size(config%parameters)
-      yaml = yaml // '  ' // parameter_entry(config%parameters(i)) // eol
-    end do
-    yaml = yaml // body_sections(config)
+      config%mesh%length_unit // '}' // eol // parameters_section(config%parameters) // body_sections(config)
     if (size(config%loads) == 0) yaml = yaml // 'loads: []' // eol
     if (size(config%imposed_strains) == 0) yaml = yaml // 'imposed_strains: []' // eol
     yaml = yaml // &
@@ -61,9 +55,9 @@ contains
     text = text // body_sections(config)
   end function echo_physics
 
-  !> Returns this deck's first line of the sections clusters, reduction and certificate that is different in another deck with all
-  !> defaults, without the blanks around it; empty if none is. A line whose first key begins no line of the other deck does not
-  !> count as different: the key belongs to a later version. The sections clusters and certificate have one line each.
+  !> Returns this deck's first line of the sections parameters, clusters, reduction and certificate that is different in another
+  !> deck with all defaults, without the blanks around it; empty if none is. A line whose first key begins no line of the other deck
+  !> does not count as different: the key belongs to a later version. The sections clusters and certificate have one line each.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
     !> text from echo_deck of this version or of an older one
@@ -72,7 +66,8 @@ contains
     character(:), allocatable :: lines, line
     integer :: length
 
-    lines = clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
+    lines = parameters_section(config%parameters) // clusters_section(config%clusters, config%parameters) // &
+      reduction_section(config%reduction)
     do while (len(lines) > 0)
       length = index(lines, eol)
       line = lines(:length - 1)
@@ -118,13 +113,17 @@ contains
     end do
   end function body_sections
 
-  pure function parameter_entry(parameter) result(yaml)
-    type(parameter_config_t), intent(in) :: parameter
+  pure function parameters_section(parameters) result(yaml)
+    type(parameter_config_t), intent(in) :: parameters(:)
     character(:), allocatable :: yaml
+    integer :: i
 
-    yaml = parameter%name // ': {min: ' // to_text(parameter%minimum) // ', max: ' // to_text(parameter%maximum) // &
-      ', unit: ' // yaml_text(parameter%unit) // '}'
-  end function parameter_entry
+    yaml = 'parameters:' // eol
+    do i = 1, size(parameters)
+      yaml = yaml // '  ' // parameters(i)%name // ': {min: ' // to_text(parameters(i)%minimum) // ', max: ' // &
+        to_text(parameters(i)%maximum) // ', unit: ' // yaml_text(parameters(i)%unit) // '}' // eol
+    end do
+  end function parameters_section
 
   pure function material_entry(material) result(yaml)
     type(material_config_t), intent(in) :: material

@@ -76,9 +76,11 @@ contains
     character(*), intent(in) :: text
     character(*), parameter :: digits = '0123456789'
 
-    is_other_number = verify(text, digits // '_.') == 0
-    if (len(text) > 2) is_other_number = is_other_number .or. any(text(:2) == ['0x', '0o', '0b'])
-    if (len(text) > 5) is_other_number = is_other_number .or. &
-      (verify(text(:4), digits) == 0 .and. text(5:5) == '-' .and. verify(text, digits // '-') == 0)
+    associate (number => text(merge(2, 1, scan(text(:1), '-+') == 1):))
+      is_other_number = verify(number, digits // '_.') == 0
+      if (len(number) > 2) is_other_number = is_other_number .or. any(number(:2) == ['0x', '0o', '0b'])
+      if (len(number) > 5) is_other_number = is_other_number .or. &
+        (verify(number(:4), digits) == 0 .and. number(5:5) == '-' .and. verify(number, digits // '-') == 0)
+    end associate
   end function is_other_number
 end module sig_deck_echo_words

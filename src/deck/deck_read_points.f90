@@ -80,7 +80,7 @@ contains
     i_max_points = tree%find(i_greedy, 'max_points')
     i_tolerance = tree%find(i_greedy, 'tolerance')
     if (greedy%indicator == 'projection' .and. i_batch > 0) call tree%report(i_batch, &
-      'goes with indicator: defect only; with projection the errors are computed again after each point')
+      'goes only with indicator: defect; with projection the errors are computed again after each point')
     if (i_tolerance == 0 .and. i_max_points == 0) call tree%report_key(i_greedy, &
       'training.greedy does not say when to stop; it must have tolerance, max_points or both')
   end subroutine read_greedy

@@ -213,7 +213,7 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
   const char *text = fy_token_get_text(token, &length);
   if (!text) length = 0;
   for (size_t i = 0; i < length; i++)
-    if ((unsigned char)text[i] < 0x20 && text[i] != '\n' && text[i] != '\t') {
+    if (((unsigned char)text[i] < 0x20 && text[i] != '\n' && text[i] != '\t') || text[i] == 0x7f) {
       add_fault(builder->reading, SIG_YAML_REFUSED, place, "this text has a control character");
       builder->is_over = true;
       return;

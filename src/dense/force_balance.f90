@@ -66,7 +66,7 @@ contains
     end function dual
   end subroutine balance_forces
 
-  !> Whether A lambda = b up to rounding. Arguments as for balance_forces.
+  !> Whether the forces balance the loads, A lambda = b, up to rounding. `matrix` is A' and `work` is b, as for balance_forces.
   pure logical function keep_balance(matrix, work, forces)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: work(:)

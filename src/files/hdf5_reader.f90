@@ -71,7 +71,8 @@ contains
     call close_file(self)
     self%path = ''
     if (sig_h5_open_image(bytes, size(bytes, kind=c_size_t), self%handle) /= 0) &
-      call make_error(error, 'the bytes of an HDF5 file are damaged', exit_code=exit_internal)
+      call make_error(error, 'an HDF5 file in memory, which another rank sent, cannot be read: its bytes are damaged, or ' // &
+      'there is not enough memory', exit_code=exit_internal)
   end subroutine open_image
 
   !> Closes the file. Does nothing if no file is open.

@@ -112,6 +112,7 @@ int sig_output_open(const char *path, size_t length, sig_output_stream **stream)
   (*stream)->descriptor = STDOUT_FILENO;
   const int code = length > 0 ? open_target(*stream, path, length) : 0;
   if (!code) return 0;
+  if ((*stream)->partial) sig_forget_partial_file((*stream)->partial, strlen((*stream)->partial));
   free_stream(*stream);
   *stream = NULL;
   return code;

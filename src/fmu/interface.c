@@ -104,7 +104,8 @@ FMI3_EXPORT fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueRefe
 
 FMI3_EXPORT fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference references[], size_t n_references,
                                       fmi3Boolean values[], size_t n_values) {
-  for (size_t i = 0; i < n_references && i < n_values; i++) {
+  if (n_references != n_values) return unit_say(instance, fmi3Error, "each reference needs one value");
+  for (size_t i = 0; i < n_references; i++) {
     double value;
     const fmi3Status status = fmi3GetFloat64(instance, &references[i], 1, &value, 1);
     if (status != fmi3OK) return status;

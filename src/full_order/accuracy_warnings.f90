@@ -2,12 +2,14 @@
 !> Warnings that results may be inaccurate: of materials before anything is solved, of residuals and errors afterwards.
 module sig_accuracy_warnings
   use sig_deck_config, only: deck_config_t
+  use sig_element_types, only: element_types
   use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
   use sig_statistics, only: statistics_t, summarize
   use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: material_warnings, equilibrium_warning, error_warnings
+  public :: material_warnings, equilibrium_warning, rotation_warning, error_warnings, accuracy_advice
 
   !> [-] linear elements lock beyond this Poisson's ratio: they cannot change their shape at constant volume
   real(rk), parameter :: locking_ratio = 0.49_rk
@@ -16,6 +18,9 @@ module sig_accuracy_warnings
   !> [-] residual of equilibrium over the forces: a direct solver leaves 1e-16 to 1e-12
   real(rk), parameter :: largest_residual = 1.0e-6_rk
 
+  !> [rad] rotations above it are not small: linear equations make a body grow by half of its square
+  real(rk), parameter :: largest_small_rotation = 0.1_rk
+
   !> Errors of validation.csv that are judged, and their limits.
   character(*), parameter :: judged_names(3) = [character(12) :: 'e_u', 'e_lambda_rid', 'e_lambda_all']
   real(rk), parameter :: largest_median(3) = [0.05_rk, 0.1_rk, 0.1_rk]
@@ -23,10 +28,14 @@ module sig_accuracy_warnings
 
 contains
 
-  !> Returns warnings of materials that make the equations (3) inaccurate: a Poisson's ratio above 0.49 (not in plane stress), and
-  !> Young's moduli whose largest is more than 1e8 times the smallest. Values that depend on the parameters are not looked at.
-  pure function material_warnings(deck) result(warnings)
+  !> Returns warnings of materials that make the equations (3) inaccurate: a Poisson's ratio above 0.49 with linear elements (not in
+  !> plane stress), and Young's moduli whose largest is more than 1e8 times the smallest. Values that depend on the parameters are
+  !> not looked at.
+  pure function material_warnings(deck, mesh, material_of_cell) result(warnings)
     type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    !> index in deck%materials, shape (n_cells)
+    integer, intent(in) :: material_of_cell(:)
     type(string_t), allocatable :: warnings(:)
     real(rk) :: smallest, largest
     integer :: i
@@ -39,9 +48,10 @@ contains
         if (e%is_constant) smallest = min(smallest, e%constant)
         if (e%is_constant) largest = max(largest, e%constant)
         if (deck%mesh%model == 'plane_stress' .or. .not. nu%is_constant) cycle
+        if (.not. any(element_types(mesh%cell_types)%order == 1 .and. material_of_cell == i)) cycle
         if (nu%constant > locking_ratio) call append_text(warnings, 'materials.' // deck%materials(i)%name // &
           '.poisson_ratio is ' // to_text(nu%constant) // ': linear elements are too stiff above ' // to_text(locking_ratio) // &
-          ' (volumetric locking), and their displacements and forces may be wrong by tens of percent')
+          ' (volumetric locking), and their displacements and forces may be wrong by tens of percent; take quadratic elements')
       end associate
     end do
     if (largest > largest_contrast * smallest) call append_text(warnings, 'the largest Young''s modulus is ' // &
@@ -66,9 +76,24 @@ contains
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
 
+  !> Returns a warning if bodies that only contact holds rotate by more than 0.1 rad; empty otherwise.
+  pure function rotation_warning(rotation) result(warning)
+    !> [rad] largest rotation of such a body in any solution
+    real(rk), intent(in) :: rotation
+    character(:), allocatable :: warning
+
+    warning = ''
+    if (.not. rotation > largest_small_rotation) return
+    warning = 'a body that only contact holds rotates by up to ' // short_number(rotation) // ' rad; the equations are right ' // &
+      'for small rotations only (up to about ' // short_number(largest_small_rotation) // ' rad), so displacements and ' // &
+      'contact forces are wrong there: see whether a load turns the body (as a lever on a pin), and hold it'
+  end function rotation_warning
+
   !> Returns warnings of errors of a model: of each of e_u, e_lambda_rid and e_lambda_all whose median or 95 % quantile is above its
   !> limit, or that has no value at any point. Empty without warnings.
-  pure function error_warnings(names, errors) result(warnings)
+  pure function error_warnings(kind, names, errors) result(warnings)
+    !> kind of the model, for the advice
+    character(*), intent(in) :: kind
     !> columns of validation.csv; a judged one that is missing gives no warning
     character(*), intent(in) :: names(:)
     !> [-] NaN where an error was not measured; shape (size(names), n_points)
@@ -89,9 +114,11 @@ contains
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: it has no value at any of the ' // &
           to_text(size(errors, 2)) // ' test points (no contact there, no full-order solution, or no answer)')
       else if (statistics%median > largest_median(i)) then
-        call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)))
+        call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)) // '; ' // &
+          accuracy_advice(kind))
       else if (statistics%p95 > largest_p95(i)) then
-        call append_text(warnings, large_error(judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)))
+        call append_text(warnings, large_error(judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)) // '; ' // &
+          accuracy_advice(kind))
       end if
     end do
   end function error_warnings
@@ -120,7 +147,23 @@ contains
     character(:), allocatable :: text
 
     text = 'the model is inaccurate: the ' // statistic // ' of ' // trim(name) // ' is ' // short_number(value) // ' (limit ' // &
-      to_text(limit) // '); more training points help, and in a hyper-reduced model reduction.enrichment, clusters or a ' // &
-      'smaller reduction.pod_tolerance'
+      to_text(limit) // ')'
   end function large_error
+
+  !> Returns what makes models of this kind more accurate, as a part of a sentence.
+  pure function accuracy_advice(kind) result(text)
+    !> name of a kind of reduced models
+    character(*), intent(in) :: kind
+    character(:), allocatable :: text
+
+    select case (kind)
+    case ('hhr')
+      text = 'take reduction.method: condensed, more training points, or a smaller reduction.pod_tolerance'
+    case ('interpolated')
+      text = 'take a smaller reduction.stiffness_tolerance, or more training points'
+    case default
+      text = 'such a model has only rounding errors where the full-order solutions are accurate: look at ''warnings'' and ' // &
+        '''residuals'' in report.yaml'
+    end select
+  end function accuracy_advice
 end module sig_accuracy_warnings

@@ -152,7 +152,7 @@ contains
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       problem%motions)
-    problem%warnings = material_warnings(problem%deck)
+    problem%warnings = material_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
     call check_bodies(problem%deck, problem%mesh, problem%motions, problem%notes, error)
     if (allocated(error)) return
     sizes%n_dim = problem%mesh%n_dim

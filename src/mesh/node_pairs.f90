@@ -81,7 +81,8 @@ contains
     logical, intent(in) :: is_round
     type(surface_pair_t), intent(in) :: surfaces
     type(pairing_t), intent(inout) :: pairing
-    !> the reason; empty if the entry has pairs, or must have them and has an error instead
+    !> the reason. With formulation auto, error is then set, too, and pairing is of no use: the caller drops both. Empty if the
+    !> entry has pairs, or must have them and has an error
     character(:), allocatable, intent(out) :: why
     type(error_t), allocatable, intent(out) :: error
 
@@ -94,7 +95,7 @@ contains
     else if (first_weak_facet(mesh, [surfaces%first_facets, surfaces%second_facets]) > 0) then
       why = 'because node-to-node contact cannot use faces of six or eight nodes'
     else
-      why = 'because the nodes do not face each other one to one'
+      why = 'because node-to-node contact cannot pair the nodes of both surfaces'
     end if
     if (.not. allocated(error) .or. surfaces%entry%formulation /= 'auto' .or. surfaces%entry%has_obstacle) why = ''
   end subroutine pair_entry

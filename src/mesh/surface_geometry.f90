@@ -94,8 +94,9 @@ contains
   end function area_vector
 
   !> Returns the outward unit normal at each node of a group: the direction of the sum of the area vectors of the group's facets
-  !> around the node, and zero if they cancel. A facet counts by its area, in axisymmetry by the length of its edge in the mesh, so
-  !> that the normals on a circle of equal edges are exactly radial there, too.
+  !> around the node, and zero if they cancel. The area vector of a quadratic facet is turned to its normal at the node. A facet
+  !> counts by its area, in axisymmetry by the length of its edge in the mesh, so that the normals on a circle of equal edges are
+  !> exactly radial there, too.
   pure function averaged_normals(mesh, i_group, area_vectors) result(normals)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_group

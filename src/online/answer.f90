@@ -70,6 +70,7 @@ module sig_answer
     procedure :: take_all_forces
     procedure :: take_bound
     procedure :: take_displacement_bound
+    procedure :: drop_bounds
   end type answer_t
 
 contains
@@ -109,10 +110,7 @@ contains
     self%distance = huge(self%distance)
     self%residual = huge(self%residual)
     self%n_solutions = 0
-    self%bound = no_bound
-    self%relative_bound = no_bound
-    self%displacement_bound = no_bound
-    self%relative_displacement_bound = no_bound
+    call self%drop_bounds()
   end subroutine start
 
   !> Gives an array the size n and sets it to zero; it is allocated again only if its size differs.
@@ -175,6 +173,16 @@ contains
 
     call relate(bound, size_of_field, self%displacement_bound, self%relative_displacement_bound)
   end subroutine take_displacement_bound
+
+  !> Sets all bounds to no_bound.
+  pure subroutine drop_bounds(self)
+    class(answer_t), intent(inout) :: self
+
+    self%bound = no_bound
+    self%relative_bound = no_bound
+    self%displacement_bound = no_bound
+    self%relative_displacement_bound = no_bound
+  end subroutine drop_bounds
 
   !> Sets a bound and its relative bound, as take_bound says.
   pure subroutine relate(found, size_of_answer, bound, relative_bound)

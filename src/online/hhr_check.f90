@@ -59,10 +59,13 @@ contains
         if (.not. is_matrix(cluster%motion_closing, sizes%n_multipliers, n_motions)) name = 'motion_closing'
         if (.not. is_matrix(cluster%motion_load, sizes%n_terms, n_motions)) name = 'motion_load'
       end associate
-      if (n_values == 0) return
-      if (.not. is_matrix(cluster%contact_displacement_snapshots, n_values, n_snapshots)) name = 'contact_displacement_snapshots'
-      if (.not. is_matrix(cluster%contact_value_basis, n_values, cluster%n_modes)) name = 'contact_value_basis'
-      if (.not. is_matrix(cluster%contact_value_lifting, n_values, size(cluster%lifting, 2))) name = 'contact_value_lifting'
+      if (n_values > 0 .and. .not. is_matrix(cluster%contact_displacement_snapshots, n_values, n_snapshots)) &
+        name = 'contact_displacement_snapshots'
+      associate (n_basis => max(n_values, size(cluster%contact_value_basis, 1)))
+        if (n_basis == 0) return
+        if (.not. is_matrix(cluster%contact_value_basis, n_basis, cluster%n_modes)) name = 'contact_value_basis'
+        if (.not. is_matrix(cluster%contact_value_lifting, n_basis, size(cluster%lifting, 2))) name = 'contact_value_lifting'
+      end associate
     end associate
   end function find_snapshot_mismatch
 

@@ -55,12 +55,13 @@ module sig_hhr_system
 contains
 
   !> Makes the system of a cluster whose stiffness does not depend on the parameters. Errors: message is allocated, and there is no
-  !> system, when the reduced stiffness, with springs on the anchors, is numerically singular.
+  !> system, when the reduced stiffness, with springs on the anchors, or W'_TT is numerically singular.
   subroutine create(self, cluster, message)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable, intent(out) :: message
     type(lu_t) :: lu
+    logical :: is_singular
 
     self%anchors = cluster%anchors
     self%spring = spring_of(cluster, cluster%reduced_stiffness)
@@ -79,7 +80,10 @@ contains
     if (size(self%anchors) > 0) self%response(cluster%n_rows + 1:, :) = cluster%load + held_load(self, cluster)
     self%response(cluster%n_rows + 1:, :) = lu%solve(self%response(cluster%n_rows + 1:, :))
     self%response(:cluster%n_rows, :) = cluster%gap - matmul(cluster%contact_matrix, self%response(cluster%n_rows + 1:, :))
-    if (size(self%anchors) > 0) call self%exchange(self%response(:cluster%n_rows, :))
+    if (size(self%anchors) == 0) return
+    call self%exchange(self%response(:cluster%n_rows, :), is_singular)
+    if (is_singular) message = 'the reduced equations do not determine the forces of the contacts that hold the bodies; take ' // &
+      'more training points or add a zone of interest'
   end subroutine create
 
   !> Returns the spring stiffness s [force/length]: the largest absolute value in K_r over the largest squared norm of a row of M
@@ -117,19 +121,21 @@ contains
   end function held_load
 
   !> Makes the principal pivot on T: W' and q' of K' become the matrix and the right-hand side of the new problem. It also sets the
-  !> scale of the anchors' unknowns. Requires: W'_TT is regular; this is not checked.
-  subroutine exchange(self, columns)
+  !> scale of the anchors' unknowns.
+  subroutine exchange(self, columns, is_singular)
     !> in: W'; out: the matrix of the new problem
     class(hhr_system_t), intent(inout) :: self
     !> [length] in: q', one per column, shape (n_rows, n_columns); out: those of the new problem
     real(rk), intent(inout) :: columns(:, :)
+    !> whether W'_TT is numerically singular; nothing is changed then
+    logical, intent(out) :: is_singular
     real(rk) :: inverse(size(self%anchors), size(self%anchors)), reach(size(columns, 1), size(self%anchors))
     real(rk) :: own(size(self%anchors), size(columns, 1)), q(size(self%anchors), size(columns, 2))
-    logical :: is_singular
     integer :: i
 
     associate (t => self%anchors, w => self%condensed)
       call invert(w(t, t), inverse, is_singular)
+      if (is_singular) return
       reach = matmul(w(:, t), inverse)
       own = w(t, :)
       q = columns(t, :)
@@ -202,7 +208,7 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> out: (q, K_r^-1 F) at the point, shape (n_rows + n_modes)
     real(rk), contiguous, intent(inout) :: response(:)
-    !> whether K_r, with springs on the anchors, is numerically singular; there is no system then
+    !> whether K_r, with springs on the anchors, or W'_TT is numerically singular; there is no system then
     logical, intent(out) :: is_singular
     real(rk), pointer, contiguous :: flat(:)
     real(rk) :: column(cluster%n_rows, merge(1, 0, size(self%anchors) > 0)), norm
@@ -236,7 +242,7 @@ contains
       call multiply(-1.0_rk, cluster%contact_matrix, response(n_rows + 1:), 1.0_rk, response(:n_rows))
       if (size(self%anchors) == 0) return
       column(:, 1) = response(:n_rows)
-      call self%exchange(column)
+      call self%exchange(column, is_singular)
       response(:n_rows) = column(:, 1)
     end associate
   end subroutine assemble

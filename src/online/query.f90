@@ -135,6 +135,7 @@ contains
     associate (part => online%model%parts(i)%reduced)
       call chosen%start(i, size(answer%theta), part%n_modes(), part%n_rows(), online%model%n_multipliers)
       chosen%theta = answer%theta
+      chosen%is_inside_box = answer%is_inside_box
       call online%nearest_point(point, near%nearest, chosen%distance)
       call part%solve(chosen%theta, near, null_judge(), self%rooms%of_part(i)%room, chosen)
     end associate
@@ -206,7 +207,7 @@ contains
   end subroutine certify
 
   !> Answers by the fallback; the cluster gives the displacement if the fallback has none at all. If the fallback has no answer
-  !> either, answer%reason is its reason. Bounds of the cluster's answer stay then, and also if the fallback cannot bound its own.
+  !> either, answer%reason is its reason. Bounds of the cluster's answer do not stay.
   subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -216,6 +217,7 @@ contains
 
     n_iterations = answer%n_iterations
     answer%part = online%model%fallback()
+    call answer%drop_bounds()
     associate (part => online%model%parts(answer%part)%reduced, room => self%rooms%of_part(answer%part)%room)
       call part%solve(answer%theta, near, null_judge(), room, answer)
       answer%n_iterations = n_iterations + answer%n_iterations

@@ -328,8 +328,8 @@ contains
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
 
-    message = 'a model of the kind ' // self%kind() // ' has no derivatives, unless it keeps the full-order operator ' // &
-      '(reduction.max_full_order_size); the kinds condensed, interpolated and tied have them'
+    message = 'an answer of the kind ' // self%kind() // ' has no derivatives, unless the model keeps the full-order operator ' // &
+      '(reduction.max_full_order_size) and this has an answer at the point; the kinds condensed, interpolated and tied have them'
   end subroutine no_derivative
 
   !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs without one, as for

@@ -57,8 +57,8 @@ contains
     hats = select_hats(hats, movable(hats))
   end function hats_of_rows
 
-  !> Returns the hats of both sides of every contact row of the domain (L_C = A_c of [9]), where a side can have one: first all hats
-  !> of one side, then those of the other. Conditions and arguments as for hats_of_rows.
+  !> Returns the hats of both sides of every contact row of the domain, where a side can have one: first all hats of the first
+  !> side (with is_second: of the second), then those of the other. Conditions and arguments as for hats_of_rows.
   pure function hats_of_all_nodes(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain

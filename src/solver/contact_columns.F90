@@ -62,14 +62,17 @@ contains
       associate (driven => self%free_opening(:, :size(closing, 2)))
         driven = driven - closing
       end associate
-      PetscCall(solve_chosen(self, system, linear_solver, chosen, ierr))
-      ! conjugate gradients may fail here
+      ! conjugate gradients may fail here and below
+      if (linear_solver%reason == reason_converged) then
+        PetscCall(solve_chosen(self, system, linear_solver, chosen, ierr))
+      end if
       self%reason = linear_solver%reason
     end if
     PetscCall(linear_solver%destroy(ierr))
   end subroutine solve
 
-  !> Computes the columns B K^-1 (B' - B_T' N') of the chosen rows. Collective.
+  !> Computes the columns B K^-1 (B' - B_T' N') of the chosen rows. Stops at a failed solve, which the linear solver's reason tells.
+  !> Collective.
   subroutine solve_chosen(self, system, linear_solver, chosen, ierr)
     type(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -98,6 +101,7 @@ contains
       PetscCall(close_rows(system, response, closing, ierr))
       self%columns(:, first:last) = closing
       deallocate (rhs, response)
+      if (linear_solver%reason /= reason_converged) return
     end do
   end subroutine solve_chosen
 

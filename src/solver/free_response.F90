@@ -144,6 +144,7 @@ contains
       if (moves_boundaries(system)) then
         PetscCall(solve_free_response(system, linear_solver, n, prescribed, ierr))
         response(:, :n) = prescribed
+        if (linear_solver%reason /= reason_converged) return
       end if
       if (size(response, 2) == n) return
       PetscCall(solve_lifted_forces(system, linear_solver, response(:, n + 1:), ierr))

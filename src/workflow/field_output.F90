@@ -187,7 +187,7 @@ contains
 
   !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, and which
   !> cells and rows belong to the reduced domain of the chosen cluster, also if the deck wants only other fields. Without an answer
-  !> it warns, the contact forces are NaN, and the displacement means nothing.
+  !> it warns, displacement and contact forces are NaN, and displacement_reduced_source is 0.
   subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)
@@ -197,16 +197,19 @@ contains
     type(answer_t) :: answer
     type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
-    real(rk) :: multipliers(online%model%n_multipliers)
+    real(rk) :: multipliers(online%model%n_multipliers), sources(online%model%n_nodes)
     integer :: has_cell(problem%mesh%n_cells), has_row(problem%rows%n_rows)
 
     call query%evaluate(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
     call reconstruct_multipliers(online, answer, rooms, multipliers)
+    sources = displacement_sources(online%model, answer)
     if (answer%reason <= 0) then
       call log_warning('the reduced model has no answer at one of the output points (' // reason_text(answer%reason) // &
         '); its fields have no numbers there')
       multipliers = ieee_value(multipliers, ieee_quiet_nan)
+      displacement = ieee_value(displacement, ieee_quiet_nan)
+      sources = 0
     end if
     has_cell = 0
     has_row = 0
@@ -216,7 +219,7 @@ contains
     call writer%file%add_array('rows_in_reduced_domain', has_row, '-', &
       'contact row of the reduced integration domain of the chosen cluster')
     call write_displacement(problem, displacement, writer)
-    call writer%file%add_node_field('displacement_reduced_source', displacement_sources(online%model, answer), '-', &
+    call writer%file%add_node_field('displacement_reduced_source', sources, '-', &
       'where it comes from: 0 there is none, 1 modes, 2 exact')
     call writer%file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
       'contact force of each row, reduced model; outside the reduced domain reconstructed')

@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What makes results doubtful is said: a domain without contact, other settings, one snapshot, poor materials."""
 
+import re
+
 import numpy as np
 import pytest
 import yaml
 
+from gmsh_mesh import make_mesh
 from program import ROOT
 from results import read_table
 from runs import write_deck
@@ -68,6 +71,15 @@ def test_large_errors_are_warned_of_with_their_size(signorom, tmp_path):
     assert "trained with other settings; the deck now has 'pod_tolerance: 1.0e-6'" in done.stderr
 
 
+def test_a_model_of_other_ranges_is_not_validated(signorom, tmp_path):
+    deck = deck_with_one_point(tmp_path)
+    assert signorom.run("run", deck.name, folder=tmp_path).returncode == 0
+    deck.write_text(deck.read_text().replace("min: 0.15, max: 0.45", "min: 0.15, max: 0.5"))
+    done = signorom.run("validate", deck.name, folder=tmp_path)
+    assert done.returncode == 2
+    assert "the deck now has 'squeeze: {min: 0.15, max: 0.5, unit: m}'" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
@@ -82,6 +94,60 @@ def test_poor_materials_are_warned_of(signorom, tmp_path, old, new, words):
     assert done.returncode == 0
     assert words in done.stdout + done.stderr
     assert any(words in text for text in report_of(tmp_path)["solver"]["warnings"])
+
+
+def test_quadratic_elements_do_not_lock(signorom, tmp_path):
+    deck = tmp_path / "dovetail.yaml"
+    text = (ROOT / "input" / "dovetail.yaml").read_text().replace("../meshes", str(ROOT / "meshes"))
+    deck.write_text(re.sub(r"poisson_ratio: [\d.]+", "poisson_ratio: 0.495", text))
+    done = signorom.run("check", deck.name, folder=tmp_path)
+    assert done.returncode == 0
+    assert "locking" not in done.stdout + done.stderr
+
+
+LEVER = """SetFactory("OpenCASCADE");
+Disk(1) = {0, 0, 0, 9.7};
+Rectangle(2) = {-20, -20, 0, 80, 40};
+Disk(3) = {0, 0, 0, 10};
+BooleanDifference(4) = {Surface{2}; Delete;}{Surface{3}; Delete;};
+Physical Surface("pin") = {1};
+Physical Surface("lever") = {4};
+bore() = Curve In BoundingBox{-10.1, -10.1, -1, 10.1, 10.1, 1};
+rim() = Boundary{Surface{1};};
+bore() -= {rim(0), -rim(0)};
+Physical Curve("rim") = {rim()};
+Physical Curve("bore") = {bore()};
+end() = Curve In BoundingBox{59.9, -30, -1, 60.1, 30, 1};
+Physical Curve("end") = {end()};
+Mesh.MeshSizeMax = 4;
+// edges of different lengths: their normals are not exactly radial
+Transfinite Curve {bore()} = 40 Using Progression 1.05;
+"""
+LEVER_DECK = """mesh: {file: lever.msh, model: plane_strain}
+units: {length: mm, force: N}
+parameters: {pull: {min: 1, max: 20, unit: MPa}}
+materials: {steel: {regions: [pin, lever], young_modulus: 2.1e5, poisson_ratio: 0.3}}
+boundary_conditions: [{boundary: rim, displacement: {x: 0, y: 0}}SUPPORT]
+loads: [{boundary: end, traction: {x: pull, y: 0.1 * pull}}]
+contact: [{first: bore, second: rim, formulation: mortar}]
+training: {sobol: 8}
+test: {sobol: 4, seed: 3}
+"""
+
+
+@pytest.mark.parametrize(
+    ("support", "is_turning"), [(", {boundary: end, displacement: {y: 0}}", False), ("", True)]
+)
+def test_a_lever_that_turns_on_its_pin(signorom, tmp_path, support, is_turning):
+    """Nothing but the corners of the mesh holds it against a moment: linear equations turn it by more than a radian."""
+    (tmp_path / "lever.geo").write_text(LEVER)
+    make_mesh(tmp_path / "lever.geo", tmp_path / "lever.msh")
+    (tmp_path / "lever.yaml").write_text(LEVER_DECK.replace("SUPPORT", support))
+    done = signorom.run("run", "lever.yaml", folder=tmp_path, n_ranks=2)
+    said = done.stdout + done.stderr
+    assert done.returncode == 0, said
+    # when sampling, when validating, and at the output point
+    assert said.count("a body that only contact holds rotates by up to") == (3 if is_turning else 0)
 
 
 def test_good_decks_get_no_warning(signorom, tmp_path):

@@ -92,11 +92,11 @@ CHANGES = {
     ),
     "mesh_of_another_dimension": (
         {"two_blocks.msh": "cube.msh"},
-        ["cube.msh: error: the model needs a mesh of dimension 2", "dimension 3"],
+        ["cube.msh: error: the model needs a mesh of dimension 2", "with a physical group is 3"],
     ),
     "plane_mesh_in_a_solid_model": (
         {"plane_strain": "solid", "direction: [0, 1]": "direction: [0, 0, 1]"},
-        ["two_blocks.msh: error: the model needs a mesh of dimension 3", "dimension 2"],
+        ["two_blocks.msh: error: the model needs a mesh of dimension 3", "with a physical group is 2"],
     ),
     "mesh_behind_the_axis": (
         {

@@ -216,6 +216,15 @@ def test_number_of_clusters_by_silhouette(signorom, regular, tmp_path):
     assert silhouettes["auto"] == (silhouettes[best][0], best)
 
 
+@pytest.mark.parametrize("clusters", ["{number: auto, max_number: 2}", "{number: 2}"])
+def test_clusters_are_not_left_out_by_default(signorom, regular, tmp_path, clusters):
+    """With all defaults of `reduction` a deck with clusters gets them, also where a condensed model would fit."""
+    shutil.copytree(regular, tmp_path / "results" / "shifted_disks")
+    changes = {"reduction: {method: hhr, pod_tolerance: 1.0e-5}": f"clusters: {clusters}"}
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    assert "the deck asks for clusters" in signorom("train", deck.name, folder=tmp_path)
+
+
 def test_snapshot_without_load_is_named(signorom, tmp_path):
     """A point where nothing moves has no direction."""
     changes = REGULAR | {

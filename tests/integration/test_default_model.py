@@ -210,3 +210,12 @@ def test_point_without_an_answer_is_exit_code_3(signorom, tmp_path):
     assert "not a number at this point" in done.stdout
     assert "1 of 1 point without an answer" in done.stderr
     assert signorom.run("predict", model, "--at", "squeeze=0.2", folder=tmp_path).returncode == 0
+    (tmp_path / "points.csv").write_text("squeeze\n0.01\n0.2\n")
+    arguments = ("--points", tmp_path / "points.csv", "--output", tmp_path / "answers.csv")
+    assert signorom.run("predict", model, *arguments, folder=tmp_path).returncode == 3
+    header, without, with_one = (
+        line.split(",") for line in (tmp_path / "answers.csv").read_text().splitlines()
+    )
+    for name in ("n_active", "contact_force", header[-1], "contact_1_area"):
+        assert without[header.index(name)] == "nan"
+        assert float(with_one[header.index(name)]) >= 0

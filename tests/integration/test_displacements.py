@@ -116,7 +116,7 @@ def test_another_deck_that_needs_displacements(signorom, tmp_path):
     assert "the snapshots hold contact forces only, and this deck's model needs displacements" in said
     assert "signorom sample" in said
     said = signorom("run", deck.name, folder=tmp_path)
-    assert "they are solved again" in said
+    assert "its points are solved again" in said
     assert read_snapshots(folder / "snapshots.h5").displacement.values.shape[1] > 0
     # and the other way round they do no harm
     said = signorom("run", write_deck("small_disks", tmp_path, **{HHR: "reduction: {"}).name, folder=tmp_path)

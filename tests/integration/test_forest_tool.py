@@ -3,6 +3,7 @@
 
 import os
 import shutil
+import subprocess
 import sys
 from pathlib import Path
 
@@ -90,7 +91,7 @@ def test_tool_of_the_variable_wins(clone, monkeypatch):
     assert not others.exists()
     monkeypatch.setenv("SIGNOROM_POST", str(folder / "nowhere"))
     words = program.run("run", deck, folder=folder).stderr
-    assert f"SIGNOROM_POST names {folder / 'nowhere'}, which is not there" in words
+    assert f"SIGNOROM_POST names {folder / 'nowhere'}, which cannot be started: it is missing" in words
 
 
 def test_run_trains_with_the_tool_that_it_found(clone):
@@ -109,12 +110,22 @@ def test_tool_without_scikit_learn_gives_way_to_another(clone, monkeypatch):
     assert done.returncode == 2
     assert done.stderr.startswith("no scikit-learn here\n")
     assert (
-        "signorom-post cannot train the random forest of irregular clusters; its message is printed above"
+        "signorom-post is not able to train the random forest of irregular clusters; its message is printed above"
         in done.stderr
     )
     assert no_snapshots(folder)
     put_tool(folder / "build" / "venv" / "bin", ABLE)
     assert program.run("check", deck, folder=folder).stderr == ""
+
+
+def test_exit_code_of_the_tool_is_seen_where_child_signals_are_ignored(clone):
+    """As under some service managers: the system forgets the exit codes of children then."""
+    program, deck, folder = clone
+    put_tool(folder / "build" / "venv" / "bin", UNABLE)
+    command = ["env", "--ignore-signal=CHLD", str(program.executable), "train", deck]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "signorom-post is not able to train the random forest" in done.stderr
 
 
 @pytest.mark.parametrize("clusters", ["{number: 1, method: irregular}", "{number: 3}"])

@@ -224,7 +224,7 @@ def test_answers_without_derivatives(signorom, post, tmp_path):
     deck.write_text(deck.read_text().replace("{method: hhr", "{method: hhr, max_full_order_size: 0"))
     with trained(signorom, post, deck) as model:
         answer = model.query(**{parameter.name: parameter.maximum for parameter in model.parameters})
-        with pytest.raises(post.NoAnswerError, match="a model of the kind hhr has no derivatives"):
+        with pytest.raises(post.NoAnswerError, match="an answer of the kind hhr has no derivatives"):
             _ = answer.gradient
     stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
     deck = tmp_path / "blocks.yaml"

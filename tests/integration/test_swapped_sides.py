@@ -152,7 +152,7 @@ output: {{points: [{{stroke: {STROKE}}}]}}
     said = signorom("solve", deck, folder=tmp_path)
     assert re.search(rf"contact\[2\]: mortar, .*: sides swapped, because {reason} \(formulation", said), said
     assert (
-        "contact[1]: mortar, because the nodes do not face each other one to one: 100.0 % of 'left_face'"
+        "contact[1]: mortar, because node-to-node contact cannot pair the nodes of both surfaces: 100.0 % of 'left_face'"
         in said
     )
     force = YOUNG_MODULUS * STROKE / 2

@@ -57,9 +57,12 @@ contains
     end do
     if (unable /= '') then
       exit_code = run_shell('exec ' // shell_text(unable) // ' forest --check')
-      call make_error(error, unable // ' cannot train the random forest of irregular clusters; its message is printed above')
+      call make_error(error, &
+        unable // ' is not able to train the random forest of irregular clusters; its message is printed above', &
+        hint='try it: ' // unable // ' forest --check')
     else if (is_named()) then
-      call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which is not there', &
+      call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which cannot be ' // &
+        'started: it is missing, or the Python in its first line is', &
         hint='it is the file of ' // forest_tool_name // ', which trains the random forest of irregular clusters')
     else
       call make_error(error, forest_tool_name // ', which trains the random forest of irregular clusters, is not found', &

@@ -28,9 +28,9 @@ module sig_condensed_plan
 contains
 
   !> Chooses the kind of the model. `tied` is a condensed model where W takes more memory than reduction.max_full_order_size, which
-  !> must be above 0, the stiffness is fixed, and no body is held by contact only; whether it is possible is known only when the
-  !> snapshots are there. The choice is hhr where reduction.method asks for it, where the deck asks for two clusters or more or for
-  !> clusters.target, and where no other kind is possible.
+  !> must be above 0, the stiffness is fixed and may be factored, and no body is held by contact only; whether it is possible is
+  !> known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where the deck asks for clusters
+  !> (a number other than 1, a target or refine), and where no other kind is possible.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
@@ -42,7 +42,7 @@ contains
     reason = ''
     associate (deck => problem%deck)
       if (deck%reduction%method == 'hhr') return
-      if (deck%clusters%number > 1 .or. deck%clusters%target%is_used) then
+      if (deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. deck%clusters%refine%is_used) then
         reason = 'the deck asks for clusters'
         return
       end if
@@ -52,7 +52,7 @@ contains
       else if (reason == '') then
         kind = 'condensed'
       else if (problem%rows%n_rows > 0 .and. forces_size(problem) > deck%reduction%max_full_order_size .and. &
-               deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0) then
+               deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0 .and. problem%plan%may_factor) then
         kind = 'tied'
       end if
     end associate

@@ -69,7 +69,8 @@ contains
     character(*), intent(in) :: reason
 
     call log_warning('the model keeps no full-order operator: ' // reason // &
-      '; points where the reduced problem has no solution, or too large an error, will have no answer')
+      '; a point has no answer where the reduced problem has no solution, or where the bound of the error, if there is ' // &
+      'one, is above certificate.max_error')
   end subroutine warn_of_no_fallback
 
   !> Makes a model that answers all contact forces exactly, with the active sets from which queries start. Collective on all ranks,

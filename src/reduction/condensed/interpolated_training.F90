@@ -161,7 +161,7 @@ contains
     end if
     if (reason /= '') then
       call log_warning('the model keeps no full-order operator: ' // reason // &
-        '; points where the reduced problem has no solution, or too large an error, will have no answer')
+        '; a point has no answer where the reduced problem has no solution')
       return
     end if
     select type (part)
@@ -274,20 +274,27 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     class(interpolated_data_t), intent(in) :: data
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: bodies
+    character(:), allocatable :: bodies, hint
     integer :: i
 
     bodies = ''
+    hint = 'let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance'
     do i = 1, size(constants)
+      if (size(constants(i)%numerators) > most_variables) then
+        call make_error(error, 'body ' // constants(i)%name // ' has ' // counted(size(constants(i)%numerators), 'elastic ' // &
+          'constant') // ' that vary; at most ' // to_text(most_variables) // ' can be interpolated', problem%deck%path, &
+          hint=hint, exit_code=exit_not_converged)
+        return
+      end if
       if (size(constants(i)%numerators) > 0) bodies = bodies // '; body ' // constants(i)%name // ': ' // &
         counted(size(constants(i)%numerators), 'constant')
     end do
     associate (reduction => problem%deck%reduction)
-      call make_error(error, 'the contact forces at the training points have relative errors of up to ' // &
-        short_number(data%measured_error) // ' after ' // counted(data%n_factorizations, 'factorization') // &
-        '; reduction.stiffness_tolerance is ' // to_text(reduction%stiffness_tolerance) // bodies, problem%deck%path, &
-        hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &
-        exit_code=exit_not_converged)
+      call make_error(error, 'interpolation over the elastic constants needs more nodes than a body may have: after ' // &
+        counted(data%n_factorizations, 'factorization') // ' the contact forces have relative errors of up to ' // &
+        short_number(data%measured_error) // ' at the training points; here, and by an estimate elsewhere, they must be at ' // &
+        'most a quarter of reduction.stiffness_tolerance, which is ' // to_text(reduction%stiffness_tolerance) // bodies, &
+        problem%deck%path, hint=hint, exit_code=exit_not_converged)
     end associate
   end subroutine refuse
 

@@ -292,12 +292,12 @@ contains
     if (s(1) > 0) share = 1 / s(1)
   end function share_of_others
 
-  !> Returns the indices of the false entries.
-  pure function pack_false(is_wanted) result(places)
-    logical, intent(in) :: is_wanted(:)
+  !> Returns the indices of the false flags, 1-based, ascending.
+  pure function pack_false(flags) result(places)
+    logical, intent(in) :: flags(:)
     integer, allocatable :: places(:)
     integer :: i
 
-    places = pack([(i, i=1, size(is_wanted))], .not. is_wanted)
+    places = pack([(i, i=1, size(flags))], .not. flags)
   end function pack_false
 end module sig_interpolation_residuals

@@ -17,8 +17,8 @@ module sig_lifted_training
   use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
   use sig_model_parts, only: cluster_of
-  use sig_petsc_support, only: broadcast_columns
-  use sig_reasons, only: reason_converged
+  use sig_petsc_support, only: broadcast_columns, max_over_ranks
+  use sig_reasons, only: reason_converged, reason_linear_solver
   use sig_singular_values, only: svd
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
@@ -80,8 +80,8 @@ contains
     type(contact_columns_t), intent(in) :: columns
     character(:), allocatable :: reason
 
-    reason = 'the stiffness could not be factored'
-    if (columns%reason == reason_converged) reason = 'a contact pair has no node of its own that is free to move'
+    reason = 'the stiffness could not be factored, or conjugate gradients did not converge'
+    if (columns%reason == reason_converged) reason = 'a contact row has no node of its own that is free to move'
   end function why_not
 
   !> [MB] Returns the memory for the certificates of all clusters, without the lift.
@@ -126,6 +126,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     real(rk), allocatable :: values(:, :)
+    real(rk) :: has_failed
 
     PetscCall(full_order%ready_team(team, ierr))
     associate (system => team%solver%system)
@@ -135,7 +136,11 @@ contains
       class default
         PetscCall(columns%solve(system, solver%is_multigrid .or. .not. full_order%problem%plan%may_factor, chosen, ierr))
       end select
-      if (columns%reason /= reason_converged) return
+      ! conjugate gradients may fail in one group of ranks only
+      has_failed = merge(0.0_rk, 1.0_rk, columns%reason == reason_converged)
+      PetscCall(max_over_ranks(PETSC_COMM_WORLD, has_failed, ierr))
+      if (has_failed > 0 .and. columns%reason == reason_converged) columns%reason = reason_linear_solver
+      if (has_failed > 0) return
       PetscCall(lift%create(system, full_order%problem%mesh, ierr))
     end associate
     if (.not. lift%is_possible) return

@@ -95,7 +95,7 @@ contains
     if (modes%n_domain + modes%n_extra > n_available) call make_error(error, &
       'the keys of reduction ask for ' // counted(modes%n_domain + modes%n_extra, 'mode') // ' (n_modes or pod_tolerance, and ' // &
       'extra_modes or extended_pod_tolerance); the snapshots have ' // to_text(n_available) // ' above rounding', path, &
-      hint='take fewer modes or more training points')
+      hint='take a smaller n_modes or extra_modes, or more training points')
   end subroutine count_modes
 
   !> Makes the error for snapshots without modes: all are zero, none has contact forces, or contact moves nothing. Collective on
@@ -111,7 +111,7 @@ contains
     PetscCall(snapshot_lengths(snapshots, comm, lengths, ierr))
     if (.not. any(lengths > 0)) then
       call make_error(error, 'all snapshots are zero: no training point loads the bodies', path, &
-        hint='take training points with loads or displacements that are not zero')
+        hint='take training points with loads, displacements, imposed strains or overlaps that are not zero')
     else if (any(snapshots%forces() > 0)) then
       call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path, &
         hint='take training points with larger contact forces; if there are none, the bodies are too stiff or held too firmly ' // &

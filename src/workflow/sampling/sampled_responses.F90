@@ -195,8 +195,8 @@ contains
     allocate (set%displacement(0, size(self%is_solved)))
     solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
     if (solved%n_snapshots() < size(self%is_solved)) then
-      call log_warning('one of the points that are solved first did not converge, so each point will be solved with its own ' // &
-        'stiffness')
+      call log_warning('a training point that is solved first, to measure errors, did not converge, so each point will be ' // &
+        'solved with its own stiffness')
       return
     end if
     call joined%create(problem, self%constants)
@@ -236,12 +236,12 @@ contains
 
     text = 'the forces of ' // counted(size(self%is_solved), 'point') // ' that were solved with their own stiffness'
     if (allocated(error)) then
-      call log_warning('no responses for many points at once; each point is solved exactly, with its own stiffness: ' // &
-        error%message)
+      call log_warning('the responses of the bodies, which would save factorizations, cannot be used, so each point is solved ' // &
+        'with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      call log_warning('one factorization should give the other points exactly, but it misses ' // text // ' by ' // &
-        short_number(self%reduced%measured_error) // ' (relative); so each point is solved with its own stiffness, which is ' // &
-        'exact but takes longer')
+      call log_warning('responses from one factorization should be exact, but they give ' // text // &
+        ' with a relative error of ' // short_number(self%reduced%measured_error) // '; so each point is ' // &
+        'solved with its own stiffness, which is exact but takes longer')
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // &

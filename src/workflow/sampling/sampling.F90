@@ -3,6 +3,7 @@
 !> Solves points and stores the solutions. Groups of ranks solve different points. The solutions are written to disk during the run,
 !> so that the same command goes on after a killed run.
 module sig_sampling
+  use sig_body_rotations, only: largest_rotation
   use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: point_set_config_t
   use sig_error_broadcast, only: broadcast_error
@@ -39,6 +40,8 @@ module sig_sampling
     integer :: n_failed = 0
     !> a signal ended the run before all points were done
     logical :: is_stopped = .false.
+    !> [rad] largest rotation of a body that only contact holds, over the points that this run solved
+    real(rk) :: rotation = 0
     !> how often all groups together assembled and factored a stiffness
     integer :: n_stiffnesses = 0
   end type sampling_result_t
@@ -149,6 +152,7 @@ contains
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, outcome%rotation, ierr))
     counts = [outcome%n_failed, merge(self%team%solver%n_stiffnesses, 0, self%team%groups%is_leader())]
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
@@ -302,6 +306,8 @@ contains
     if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       do i = 1, size(states)
+        if (states(i)%reason == reason_converged) &
+          outcome%rotation = max(outcome%rotation, largest_rotation(self%problem%motions, states(i)%displacement))
         if (self%n_before == 0) call self%responses%collect(places(i), states(i))
         call make_record(points(:, i), n_stored > 0, states(i), records(i))
       end do

@@ -136,8 +136,8 @@ contains
 
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
   !> Of several solutions of a point the last converged one is kept, or the first one if none converged. A merged file without
-  !> displacements is left out, with a note in the log, if the deck needs them. Damaged records at the end of a shard are left out
-  !> with a warning. Local.
+  !> displacements is left out if the deck needs them, with a note in the log unless there are fresh records. Damaged records at the
+  !> end of a shard are left out with a warning. Local.
   !>
   !> Errors: a file cannot be read, or is of another deck or mesh; a shard has not n_stored dofs.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
@@ -166,7 +166,8 @@ contains
       call read_own_snapshots(problem, store%path(), set, error)
       if (allocated(error)) return
       if (lacks_displacements(set) .and. n_stored > 0) then
-        call log_info('the snapshots hold contact forces only, and this deck needs displacements: they are solved again')
+        if (.not. present(fresh)) call log_info('the snapshots hold contact forces only, and this deck needs displacements: ' // &
+          'its points are solved again, and the old solutions are dropped')
       else
         if (size(set%reasons) > 0) n_stored = set%n_dofs
         records = records_of_set(set)
@@ -321,7 +322,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
-  !> Writes the merged file: all solutions of the store and the fresh records, the given points first; then removes the shards.
+  !> Writes the merged file: the solutions that collect_snapshots keeps, the given points first; then removes the shards.
   !> Local: one rank writes.
   !>
   !> Errors: a file cannot be read, written or removed, or is of another deck or mesh.

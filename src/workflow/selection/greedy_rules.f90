@@ -129,7 +129,7 @@ contains
     end if
   end function selection_end
 
-  !> Logs a choice: `greedy point 6: projection error 1.2e-02 at P1 = 5.0 MPa, h1 = 0.6 mm`.
+  !> Logs a choice: `greedy point 6: projection error 1.234567E-02 at P1 = 5.0 MPa, h1 = 0.6 mm`.
   subroutine log_choice(deck, i_point, what, indicator, point)
     type(deck_config_t), intent(in) :: deck
     !> position in the selection, 1-based

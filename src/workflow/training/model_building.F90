@@ -39,15 +39,17 @@ module sig_model_building
 
 contains
 
-  !> Builds the model of the deck from its snapshots: a condensed, interpolated or tied model if choose_model_kind allows one,
-  !> otherwise a hyper-reduced model, which is trained once or, with clusters.target, refined in rounds. A hyper-reduced model has a
-  !> fallback where one is possible. Without one and if certificate.max_error is not 0, add_certificates adds data for bounds of
-  !> errors if the stiffness is fixed; else a warning says that answers have no bound. Collective on all ranks; each rank gets the
-  !> same model. There is no model if refinement%is_stopped.
+  !> Builds the model of the deck from its snapshots. Collective on all ranks; each rank gets the same model. There is no model if
+  !> refinement%is_stopped.
+  !>
+  !> The model is condensed, interpolated or tied if choose_model_kind allows it. Otherwise it is hyper-reduced, trained once or,
+  !> with clusters.target, refined in rounds. A hyper-reduced model has a fallback where one is possible. Without a fallback and if
+  !> certificate.max_error is not 0, add_certificates adds data for bounds of errors if the stiffness is fixed; else a warning says
+  !> that answers have no bound.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
   !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
-  !> solved yet; those of train and refine.
+  !> solved yet; those of complete_lifting, train and refine.
   subroutine build_model(full_order, folder, snapshots, model, refinement, error, ierr)
     !> loaded problem of the deck
     type(full_order_t), intent(inout) :: full_order
@@ -78,6 +80,7 @@ contains
       PetscCall(build_fallback(full_order, snapshots, .false., fallback, error, ierr))
       if (allocated(error)) return
       PetscCall(refine(full_order%problem, snapshots, candidates, fallback, model, refinement, error, ierr))
+      if (refinement%is_stopped) return
     else
       PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
@@ -95,7 +98,7 @@ contains
       PetscCall(add_certificates(full_order, model, ierr))
     else
       call log_warning('answers will have no bound of their error (certificate): the stiffness depends on the parameters, and ' // &
-        'the model keeps no full-order operator; a larger reduction.max_full_order_size may make room for one')
+        'there is no fallback')
     end if
   end subroutine build_model
 
@@ -140,7 +143,7 @@ contains
     type(training_set_t) :: solved
 
     if (full_order%problem%has_fixed_stiffness) then
-      PetscCall(condense_fallback(full_order, snapshots%multipliers, fallback, ierr))
+      PetscCall(condense_fallback(full_order, solved_forces(snapshots), fallback, ierr))
       return
     end if
     ierr = 0
@@ -148,6 +151,15 @@ contains
     if (allocated(error)) return
     PetscCall(interpolate_fallback(full_order, solved, has_starts, fallback, error, ierr))
   end subroutine build_fallback
+
+  !> [force] Returns the contact forces of the snapshots with a solution.
+  pure function solved_forces(snapshots) result(forces)
+    type(snapshot_set_t), intent(in) :: snapshots
+    real(rk), allocatable :: forces(:, :)
+    integer :: i
+
+    forces = snapshots%multipliers(:, pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged))
+  end function solved_forces
 
   !> Builds a model without hyper-reduction if reduction.method, the clusters and reduction.max_full_order_size allow one.
   !> Collective on all ranks.

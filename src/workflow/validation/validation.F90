@@ -2,7 +2,8 @@
 #include "signorom/macros.h"
 !> Validation: compares the answers of a model with full-order solutions at the test points.
 module sig_validation
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
+  use sig_body_rotations, only: largest_rotation
   use sig_benchmark, only: benchmark_t, run_benchmark
   use sig_contact_state, only: contact_state_t
   use sig_elastic_body, only: elastic_body_t
@@ -30,7 +31,7 @@ module sig_validation
 
   integer, parameter :: n_errors = 9
   !> rows of the table that ranks share, of which each point has a column
-  integer, parameter :: n_columns = n_errors + 10
+  integer, parameter :: n_columns = n_errors + 11
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative']
@@ -39,11 +40,12 @@ module sig_validation
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution. Where the model has
-    !> no answer (method 0), e_lambda_all takes its contact forces as 0, the displacement errors mean nothing, and judge_validation
-    !> counts the point with a huge error.
-    !> Shape (n_errors, n_points)
+    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution; where the model has
+    !> no answer (method 0), e_lambda_rid, e_lambda_all and all others that the model can answer are infinite. Shape (n_errors,
+    !> n_points)
     real(rk), allocatable :: errors(:, :)
+    !> kind of the model that answered
+    character(:), allocatable :: model_kind
     !> cluster that the model chooses; this and all that follows has shape (n_points)
     integer, allocatable :: cluster(:)
     !> active pairs in the reduced domain of the model, and all active pairs of the full-order solution
@@ -59,6 +61,8 @@ module sig_validation
     real(rk), allocatable :: error_bound(:)
     !> [-] certificate of the displacement; negative: there is none
     real(rk), allocatable :: displacement_bound(:)
+    !> [rad] largest rotation of a body that only contact holds, over all full-order solutions
+    real(rk) :: rotation = 0
     !> the model's fallback answered
     logical, allocatable :: is_fallback(:)
     !> a signal ended the validation; the values of some points are missing
@@ -94,6 +98,7 @@ contains
 
     ierr = 0
     outcome%points = points
+    outcome%model_kind = model%parts(1)%reduced%kind()
     online%model = model
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)
@@ -220,6 +225,7 @@ contains
     type(contact_state_t) :: states(size(numbers))
     type(answer_t) :: answers(size(numbers))
     type(point_errors_t) :: errors(size(numbers))
+    real(rk) :: rotation
     integer :: i
 
     PetscCall(team%solver%solve_points(problem, points(:, numbers), states, ierr))
@@ -230,26 +236,30 @@ contains
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)
-      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i))
+      rotation = 0
+      if (states(i)%reason == reason_converged) rotation = largest_rotation(problem%motions, states(i)%displacement)
+      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), rotation)
     end do
   end subroutine compare_batch
 
   !> Returns the numbers of a point that ranks share, in the order in which unpack_table takes them.
-  pure function table_column(answer, state, errors) result(column)
+  pure function table_column(answer, state, errors, rotation) result(column)
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(in) :: errors
+    !> [rad] largest_rotation of the full-order solution
+    real(rk), intent(in) :: rotation
     real(rk) :: column(n_columns)
 
     column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%energy_relative, errors%energy_rid_relative, errors%field, errors%field_relative, real(answer%cluster, rk), &
       real(count(answer%is_active), rk), real(count(state%multipliers > 0), rk), &
       real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds, real(answer%n_solutions, rk), &
-      answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound]
+      answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation]
   end function table_column
 
-  !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution, and
-  !> full_order_seconds, the median over the points that converged (0 without such points).
+  !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution and to infinite
+  !> where there is no answer, and full_order_seconds, the median over the points that converged (0 without such points).
   subroutine unpack_table(table, outcome)
     !> columns of table_column, shape (n_columns, n_points)
     real(rk), intent(in) :: table(:, :)
@@ -263,15 +273,26 @@ contains
     outcome%n_active_full_order = nint(table(n_errors + 3, :))
     outcome%method = nint(table(n_errors + 4, :))
     outcome%reason_full_order = nint(table(n_errors + 5, :))
-    ! without a full-order solution there is nothing to compare with
     do i = 1, size(table, 2)
+      if (outcome%method(i) == 0) call fail_point(outcome%errors(:, i))
+      ! without a full-order solution there is nothing to compare with
       if (outcome%reason_full_order(i) /= reason_converged) outcome%errors(:, i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
     outcome%n_solutions = nint(table(n_errors + 7, :))
     outcome%error_bound = table(n_errors + 8, :)
     outcome%is_fallback = table(n_errors + 9, :) > 0
     outcome%displacement_bound = table(n_errors + 10, :)
+    outcome%rotation = maxval([0.0_rk, table(n_errors + 11, :)])
     seconds = summarize(pack(table(n_errors + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table
+
+  !> Sets the errors of a point without an answer to infinite. Those that are NaN stay so, except for errors of forces: the model
+  !> may have no displacement to compare.
+  pure subroutine fail_point(errors)
+    !> as in error_names
+    real(rk), intent(inout) :: errors(n_errors)
+
+    where (.not. ieee_is_nan(errors) .or. error_names(:) (:8) == 'e_lambda') errors = ieee_value(1.0_rk, ieee_positive_inf)
+  end subroutine fail_point
 end module sig_validation

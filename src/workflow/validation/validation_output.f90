@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes what a validation found: validation.csv, sections of the report, and statistics in the model.
 module sig_validation_output
-  use sig_accuracy_warnings, only: error_warnings
+  use sig_accuracy_warnings, only: error_warnings, rotation_warning
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
@@ -93,7 +93,7 @@ contains
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
-    call report%add('errors/warnings', error_warnings(error_names, outcome%errors))
+    call report%add('errors/warnings', error_warnings(outcome%model_kind, error_names, outcome%errors))
     call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
     do i_method = 1, size(names)
@@ -103,23 +103,28 @@ contains
     call report%add('answers/by_fallback', verdict%n_fallbacks)
     call report%add('validation/accepted', verdict%is_accepted)
     call report%add('validation/verdict', verdict%sentence)
-    call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :))))
+    call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :)) .and. &
+      outcome%reason_full_order == reason_converged))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)
     call report%add('times/full_order_per_point', outcome%full_order_seconds)
+    if (rotation_warning(outcome%rotation) /= '') &
+      call report%add('errors/rotation_warning', rotation_warning(outcome%rotation))
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> Logs the warnings of error_warnings: of e_u, e_lambda_rid and e_lambda_all if they are large or could not be measured.
+  !> Logs the warnings of error_warnings (of e_u, e_lambda_rid and e_lambda_all if they are large or could not be measured) and of
+  !> rotation_warning.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
     integer :: i
 
-    warnings = error_warnings(error_names, outcome%errors)
+    warnings = error_warnings(outcome%model_kind, error_names, outcome%errors)
     do i = 1, size(warnings)
       call log_warning(warnings(i)%text)
     end do
+    if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))
   end subroutine warn_of_errors
 
   !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The result of a validation: a table for the terminal, and one sentence that says whether the model is good enough.
 module sig_verdict
+  use sig_accuracy_warnings, only: accuracy_advice
   use sig_kinds, only: rk
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: counted, short_number, to_text
@@ -14,6 +15,8 @@ module sig_verdict
   integer, parameter :: n_shown = 3
   !> the row whose p95 decides: e_lambda_all
   integer, parameter :: i_decisive = 3
+  !> e_lambda_rid
+  integer, parameter :: i_rid = 2
 
   !> Whether a validated model is good enough.
   type :: verdict_t
@@ -52,8 +55,7 @@ contains
       verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
     else
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
-        ' (validation.accept); more training points help, or for a hyper-reduced model reduction.method: condensed or ' // &
-        'a smaller reduction.pod_tolerance'
+        ' (validation.accept); ' // accuracy_advice(outcome%model_kind)
     end if
     if (verdict%n_unsolved > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unsolved, 'point') // &
       ' without a full-order solution do not count'
@@ -62,12 +64,14 @@ contains
   end function judge_validation
 
   !> Returns the errors of the points with a full-order solution, in their order. Without an answer the error is huge(errors). An
-  !> error that is NaN becomes 0 if the full-order solution has no contact force anywhere, otherwise huge(errors).
+  !> error that is NaN becomes 0 if the full-order solution has no contact force anywhere, and for e_lambda_rid also if the
+  !> full-order solution and the answer have none in the reduced integration domain; otherwise huge(errors).
   pure function counted_errors(outcome, i_error) result(errors)
     type(validation_t), intent(in) :: outcome
     !> position in error_names
     integer, intent(in) :: i_error
     real(rk), allocatable :: errors(:)
+    logical :: is_open
     integer :: i
 
     errors = outcome%errors(i_error, :)
@@ -75,7 +79,9 @@ contains
       if (outcome%method(i) == 0) then
         errors(i) = huge(errors)
       else if (.not. errors(i) >= 0) then
-        errors(i) = merge(0.0_rk, huge(errors), outcome%n_active_full_order(i) == 0)
+        ! rid_error is NaN only without full-order forces in the domain
+        is_open = outcome%n_active_full_order(i) == 0 .or. (i_error == i_rid .and. outcome%n_active(i) == 0)
+        errors(i) = merge(0.0_rk, huge(errors), is_open)
       end if
     end do
     errors = pack(errors, outcome%reason_full_order > 0)

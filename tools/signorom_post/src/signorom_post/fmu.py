@@ -271,10 +271,10 @@ def libraries_of_unit() -> dict[str, Path]:
     found = {"{name}.so": wrapper}
     said = subprocess.run(["ldd", wrapper], capture_output=True, text=True, check=True).stdout
     for line in said.splitlines():
-        words = line.split()
-        if len(words) < 3 or words[1] != "=>" or OF_THE_SYSTEM.match(words[0]):
+        name, _, place = line.strip().partition(" => ")
+        if not place or OF_THE_SYSTEM.match(name):
             continue
-        if words[2] == "not":
-            raise InputError("signorom-post fmu", f"the library {words[0]} is missing on this machine")
-        found[words[0]] = Path(words[2])
+        if place == "not found":
+            raise InputError("signorom-post fmu", f"the library {name} is missing on this machine")
+        found[name] = Path(place.rpartition(" (")[0])
     return found

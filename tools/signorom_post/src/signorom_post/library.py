@@ -176,7 +176,9 @@ def loaded_library() -> Path:
     """Returns the path of the online library that this process has loaded. Requires: load_library was called."""
     # the loader may have found it by its name alone
     with Path("/proc/self/maps").open() as maps:
-        return next(Path(line.split()[-1]) for line in maps if "libsignorom_online" in line)
+        return next(
+            Path(line.rstrip("\n").split(maxsplit=5)[-1]) for line in maps if "libsignorom_online" in line
+        )
 
 
 def text_of(value: bytes | None) -> str:

@@ -204,7 +204,10 @@ class Model:
 
     @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
-        """Numbers in the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions)."""
+        """Numbers in the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions).
+
+        All are 0 where the model keeps no nodes.
+        """
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
         with self._handles.model() as model:
@@ -367,6 +370,8 @@ class Model:
         if not len(nodes):
             return np.zeros(0, dtype=np.intc)
         tags = self.nodes[0]
+        if not tags.any():
+            raise ValueError("the model keeps no numbers of nodes")
         order = np.argsort(tags)
         places = np.searchsorted(tags, nodes, sorter=order)
         chosen = order[np.minimum(places, len(tags) - 1)]

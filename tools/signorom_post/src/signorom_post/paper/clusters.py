@@ -95,7 +95,8 @@ def figure_17(study: Study) -> Outcome:
 def table_2(study: Study) -> Outcome:
     """Returns table 2: the errors at the two points of Table 1, with three clusters and a hat on every contact pair.
 
-    A row also has kappa and the sizes of the basis of the cluster that was chosen at its point.
+    A row also has, for the cluster that was chosen at its point, the ratio of the largest to the smallest nonzero
+    singular value before the hats (the paper's kappa), and the sizes of the basis before and after the hats.
     """
     results = local_bases(study)
     validation = results.validation

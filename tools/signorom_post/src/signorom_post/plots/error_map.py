@@ -26,7 +26,7 @@ class ErrorMap:
     #: [unit of each parameter] the points
     x: FloatArray
     y: FloatArray
-    #: 1 is 100 %; nan: no contact in either model; infinite: contact in the reduced model only
+    #: 1 is 100 %; nan: no contact in either model; infinite: contact in the reduced model only, or no answer
     errors: FloatArray
 
 
@@ -48,7 +48,7 @@ def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str 
     bar.ax.yaxis.set_major_formatter("{x:g}")
     kinds = {
         "no contact in either": (LIGHT_GRAY, np.isnan),
-        "contact in the reduced model only": (VERMILLION, np.isinf),
+        "contact in the reduced model only, or no answer": (VERMILLION, np.isinf),
     }
     handles = [
         Patch(facecolor=color, label=text)

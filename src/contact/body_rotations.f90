@@ -1,0 +1,59 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Rotations of the bodies that only contact holds. Equations of small displacements are wrong where they are large.
+module sig_body_rotations
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: solve_dense
+  use sig_rigid_motions, only: rigid_motions_t
+  implicit none(type, external)
+  private
+  public :: largest_rotation
+
+contains
+
+  !> [rad] Returns the largest angle by which a body with a free motion rotates; 0 without such bodies and in axisymmetry.
+  real(rk) function largest_rotation(motions, displacement) result(angle)
+    type(rigid_motions_t), intent(in) :: motions
+    !> [length] natural, shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    integer :: i
+
+    angle = 0
+    if (motions%is_round) return
+    associate (vectors => reshape(displacement, shape(motions%coordinates)))
+      do i = 1, motions%n_bodies
+        if (any(motions%body_of_motion == i)) angle = max(angle, rotation_of(motions, i, vectors))
+      end do
+    end associate
+  end function largest_rotation
+
+  !> [rad] Returns the angle of the rigid rotation that fits the displacements of a body best: with x from its center, w solves
+  !> sum(|x|^2 - x x') w = sum(x cross u) over its nodes. 0 for a body whose nodes lie on a line.
+  real(rk) function rotation_of(motions, i_body, vectors) result(angle)
+    type(rigid_motions_t), intent(in) :: motions
+    !> 1-based
+    integer, intent(in) :: i_body
+    !> [length] displacements of the nodes, shape (n_dim, n_nodes)
+    real(rk), intent(in) :: vectors(:, :)
+    real(rk) :: inertia(3, 3), moment(3), rotation(3), u(3), x(3)
+    integer :: i
+    logical :: is_singular
+
+    inertia = 0
+    moment = 0
+    do i = 1, size(vectors, 2)
+      if (motions%body_of_node(i) /= i_body) cycle
+      x = 0
+      u = 0
+      x(:size(vectors, 1)) = (motions%coordinates(:, i) - motions%centers(:, i_body)) / motions%sizes(i_body)
+      u(:size(vectors, 1)) = vectors(:, i) / motions%sizes(i_body)
+      inertia = inertia - spread(x, 2, 3) * spread(x, 1, 3)
+      inertia(1, 1) = inertia(1, 1) + dot_product(x, x)
+      inertia(2, 2) = inertia(2, 2) + dot_product(x, x)
+      inertia(3, 3) = inertia(3, 3) + dot_product(x, x)
+      moment = moment + [x(2) * u(3) - x(3) * u(2), x(3) * u(1) - x(1) * u(3), x(1) * u(2) - x(2) * u(1)]
+    end do
+    call solve_dense(inertia, moment, rotation, is_singular)
+    angle = 0
+    if (.not. is_singular) angle = norm2(rotation)
+  end function rotation_of
+end module sig_body_rotations
