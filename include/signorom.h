@@ -314,7 +314,8 @@ int signorom_get_contact_facets(const signorom_model *model, int *starts, int *n
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
                           double *nodal_von_mises);
 /* Gives the strains that temperatures and swelling impose at the point of the last answer, as means over the cells
- * [n_cells][6], in the order of signorom_get_stresses. The shears are components of the tensor. */
+ * [n_cells][6], in the order of signorom_get_stresses. Shears are tensor components (half the change of the angle).
+ * Errors as for signorom_get_stresses. */
 int signorom_get_imposed_strains(signorom_context *context, double *strain);
 /* Gives the contact fields of the last answer. At the nodes: the force of the other body [n_nodes][n_dimensions],
  * contact pressure (0 off the contacts) and gap after the displacement (NaN off the contacts) [n_nodes], and the status
@@ -343,7 +344,8 @@ int signorom_get_multiplier_gradient(signorom_context *context, double *gradient
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
 /* Gives the derivatives of the displacement of the n nodes (from 0) that the caller chooses
  * [n_parameters][n][n_dimensions]. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells
- * more. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, or a node does not exist. */
+ * more. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not
+ * succeed after the last query. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 
 #ifdef __cplusplus

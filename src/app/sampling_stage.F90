@@ -85,7 +85,8 @@ contains
       call session%stop('the finished points are kept; run the same command again to go on')
     else
       if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; run the same command to try them again')
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; the same command tries only these ' // &
+          'again: change the section solver first, for example max_iterations or type')
         session%exit_code = exit_not_converged
       end if
       if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))
@@ -116,12 +117,12 @@ contains
     text = to_text(outcome%n_found) // trim(merge(' was ', ' were', outcome%n_found == 1)) // ' there'
   end function found_text
 
-  !> Logs that points with other elastic constants need a factorization of their own, if the stiffness depends on the parameters.
+  !> Logs that points with other elastic constants take extra time, if the stiffness depends on the parameters.
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
 
-    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: each set of ' // &
-      'elastic constants needs a factorization of its own (for training points see training.stiffness)')
+    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: each new ' // &
+      'set of elastic constants takes extra time (training.stiffness may save it at training points)')
   end subroutine announce_stiffness
 
   !> Checks that the deck has a training section. Errors: it has none.
@@ -131,6 +132,6 @@ contains
 
     if (.not. session%deck%has_training) call make_error(error, &
       'the deck has no training section, which names the points to sample', session%deck%path, &
-      hint='for example: training: {grid: {' // session%deck%parameters(1)%name // ': 31}}')
+      hint='for example: training: {sobol: 64}')
   end subroutine need_training
 end module sig_sampling_stage

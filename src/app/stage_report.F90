@@ -134,7 +134,7 @@ contains
     warning = rotation_warning(rotation)
     if (warning == '') return
     call log_warning(warning)
-    call report%add('residuals/rotation_warning', warning)
+    call report%add('rotations/warning', warning)
   end subroutine warn_of_rotations
 
   !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals of full-order solutions.

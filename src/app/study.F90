@@ -50,7 +50,7 @@ module sig_study
   character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
   character(*), parameter :: error_keys(7) = [character(key_length) :: 'errors', 'answers', 'speed_up', 'times/query', &
     'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
-  character(*), parameter :: field_keys(1) = [character(key_length) :: 'points']
+  character(*), parameter :: field_keys(2) = [character(key_length) :: 'points', 'rotations']
 
 contains
 
@@ -202,7 +202,7 @@ contains
     ierr = 0
     if (.not. session%deck%has_test) then
       call make_error(error, 'the deck has no test section, which names the points to validate at', session%deck%path, &
-        hint='for example: test: {grid: {' // session%deck%parameters(1)%name // ': 101}}')
+        hint='for example: test: {sobol: 50, seed: 1}')
     else
       call build_points(session%deck%test, session%deck%parameters, points, error)
     end if

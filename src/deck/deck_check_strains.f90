@@ -58,8 +58,8 @@ contains
 
     if (.not. (value%uses_parameters .and. value%uses_coordinates)) return
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
-    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products ' // &
-      'whose factors depend on the parameters or on the coordinates, not on both as ' // shown(factor) // ' does', &
+    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
+      'each factor may name parameters or coordinates, but ' // shown(factor) // ' names both', &
       'write out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2')
   end subroutine check_products
 end module sig_deck_check_strains

@@ -28,7 +28,7 @@ contains
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
     if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
-      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set')
+      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set or snesvi')
     if (config%greedy%is_used) then
       call check_point_set(tree, 'training.greedy.candidates', config%parameters, config%training)
       call check_greedy(tree, config%greedy, config%training)

@@ -138,18 +138,20 @@ contains
     character(1) :: digit
     !> from 0 to 9
     integer, intent(in) :: minimum
-    !> unchanged for the word and if the key is missing; `minimum` if the value is no whole number
+    !> unchanged for the word, if the key is missing, and after an error
     integer, intent(inout) :: count
-    integer :: i_node
+    integer :: i_node, value, n_errors
 
     i_node = tree%find(i_parent, key)
     if (i_node == 0) return
     if (is_word(tree, i_node, word)) return
-    count = minimum
-    call integer_of(tree, i_node, count)
+    n_errors = tree%errors%n_errors()
+    value = minimum
+    call integer_of(tree, i_node, value)
     write (digit, '(i1)') minimum
-    if (count < minimum) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be ' // word // &
+    if (value < minimum) call tree%report(i_node, 'is ' // tree%nodes(i_node)%text // '; it must be ' // word // &
       ' or at least ' // digit)
+    if (tree%errors%n_errors() == n_errors) count = value
   end subroutine read_count_or_word
 
   pure logical function is_word(tree, i_node, word)

@@ -82,7 +82,8 @@ contains
     if (found == n_dim) return
     if (found < 0) then
       call make_error(error, 'the mesh has no element of a physical group', file=path, &
-                      hint='give each region and each boundary a name in the .geo file: Physical Surface("lower") = {1};')
+                      hint='give each region and each boundary a name in the .geo file: Physical ' // region_word(n_dim) // &
+                      '("lower") = {1};')
     else
       call make_error(error, 'the model needs a mesh of dimension ' // to_text(n_dim) // &
                       ', but the largest dimension of elements with a physical group is ' // to_text(found), file=path, &
@@ -96,9 +97,17 @@ contains
 
     hint = ''
     if (found > n_dim) hint = 'mesh.model of the deck and the mesh must fit; a plane model takes triangles and quadrilaterals'
-    if (found < n_dim) hint = 'give each region a name in the .geo file (Physical Surface("lower") = {1};), mesh with gmsh -' // &
-      to_text(n_dim)
+    if (found < n_dim) hint = 'give each region a name in the .geo file (Physical ' // region_word(n_dim) // &
+      '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim)
   end function dimension_hint
+
+  !> Returns gmsh's word for regions: Surface in the plane, Volume in space.
+  pure function region_word(n_dim) result(word)
+    integer, intent(in) :: n_dim
+    character(:), allocatable :: word
+
+    word = trim(merge('Surface', 'Volume ', n_dim == 2))
+  end function region_word
 
   !> Checks that regions have names: the deck uses regions by name, so a region without a name would be lost without a message.
   !> Errors: a group of dimension n_dim that has elements and no name.

@@ -78,8 +78,9 @@ contains
       line = materials(1)%regions(1)%line
       column = materials(1)%regions(1)%column
     end if
-    call make_error(error, 'cells of the mesh have no material: those of the region ' // join(names, ' and of '), &
-                    file=deck_path, line=line, column=column, hint='add the region to the regions of a material')
+    call make_error(error, 'a cell of the mesh has no material: element ' // to_text(mesh%cell_tags(i_cell)) // &
+                    ', in the region ' // join(names, ' and in '), file=deck_path, line=line, column=column, &
+                    hint='add one of its regions to the regions of a material; other cells may lack one, too')
   end subroutine refuse_bare_cell
 
   !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.
@@ -188,7 +189,7 @@ contains
     else if (size(mesh%groups(i_group)%nodes) == 0) then
       call make_error(error, "the " // noun // " '" // name%text // "' of the mesh touches no cell of a named region", &
                       file=deck_path, line=name%line, column=name%column, &
-                      hint='give the region next to it a name in the .geo file')
+                      hint='in the .geo file, give the region next to it a name, and join both into one mesh (Coherence)')
     else if (mesh%groups(i_group)%n_left_out > 0) then
       call make_error(error, 'elements of the ' // noun // " '" // name%text // "' that touch no cell of a named region: " // &
                       to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &

@@ -52,7 +52,8 @@ contains
       variable_change(constants, changes, body%denominators > 0, body%is_logarithmic), self%weight_changes)
   end subroutine create
 
-  !> Computes the interpolated constants of a body and their changes, to first order, for a change of the terms.
+  !> Computes the elastic constants of a body, or ratios of them, over which its responses are interpolated, and their changes, to
+  !> first order, for a change of the terms.
   pure subroutine find_constants(body, theta, theta_change, constants, changes)
     type(body_response_t), intent(in) :: body
     real(rk), intent(in) :: theta(:)

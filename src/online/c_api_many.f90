@@ -162,7 +162,7 @@ contains
     code = code_ok
     if (n_failed == 0) return
     code = no_answer
-    call keep(handle%message, 'some of the points have no answer; the code of each answer says which')
+    call keep(handle%message, 'some of the points have no answer; the codes in `answers` say which')
   end subroutine ask_all
 
   !> Writes forces, resultants and displacements of the last answer to those arrays of the caller that are given, at point i.

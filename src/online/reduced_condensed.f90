@@ -130,9 +130,9 @@ contains
     end select
   end subroutine solve
 
-  !> Sets room%start, the active set to start from: that of the nearest training point. If the model keeps none, it is the contacts
-  !> that penetrate without contact forces or, in a problem with anchors, all contacts, so that they hold the bodies. Requires:
-  !> room%free_opening is set.
+  !> Sets room%start, the set to start from: true where an unknown is taken as positive, which is a contact with a force, or an open
+  !> anchor. It is that of the nearest training point. If the model keeps none, it is the contacts that penetrate without contact
+  !> forces or, in a problem with anchors, closed at all contacts: true except at the anchors. Requires: room%free_opening is set.
   subroutine start_set(data, near, room)
     class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near

@@ -233,8 +233,8 @@ contains
     case (other_provenance)
       call make_error(error, 'these snapshots belong to another deck or mesh', file=path, hint=remedy)
     case (other_sizes)
-      call make_error(error, 'these snapshots have other numbers of parameters, dofs or contacts than the problem; a stopped ' // &
-        'run for a condensed model has kept no dofs', file=path, hint=remedy)
+      call make_error(error, 'these snapshots have other numbers of parameters, dofs or contacts than this deck needs; ' // &
+        'perhaps the stopped run had another reduction.method (a condensed model keeps no displacements)', file=path, hint=remedy)
     case default
       call make_error(error, 'cannot open the snapshots: ' // system_reason(code), file=path)
     end select

@@ -147,7 +147,11 @@ def test_a_lever_that_turns_on_its_pin(signorom, tmp_path, support, is_turning):
     said = done.stdout + done.stderr
     assert done.returncode == 0, said
     # when sampling, when validating, and at the output point
-    assert said.count("a body that only contact holds rotates by up to") == (3 if is_turning else 0)
+    sentence = "a body that only contact holds rotates by up to"
+    assert said.count(sentence) == (3 if is_turning else 0)
+    report = yaml.safe_load((tmp_path / "results" / "lever" / "report.yaml").read_text())
+    assert (sentence in str(report.get("rotations"))) == is_turning
+    assert (sentence in str(report["errors"]["warnings"])) == is_turning
 
 
 def test_good_decks_get_no_warning(signorom, tmp_path):

@@ -313,8 +313,8 @@ contains
           counted(data%bodies(i)%nodes%n_nodes(), 'node'))
       end if
     end do
-    call log_info(counted(data%n_factorizations, 'factorization') // '; largest error of the contact forces at the training ' // &
-      'points: ' // short_number(data%measured_error))
+    call log_info(counted(data%n_factorizations, 'factorization') // '; largest relative error of the contact forces at the ' // &
+      'training points: ' // short_number(data%measured_error))
     if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
       'points is an estimate. For a bound, at most one constant of each body may vary: a ratio of moduli by a ' // &
       'factor of at most about 9, or, if the body has one material, Poisson''s ratio nu, with 1 - 2 nu by such a factor. A ' // &

@@ -65,12 +65,12 @@ contains
     call divide(full_order%problem, sets, reduced, reason, error)
     if (allocated(error) .or. reason /= '') return
     reduced%start_sets = pack_columns(sets)
-    if (plan%has_modes) call log_warning('a model whose matrix of all contacts is too large has no displacement modes: ' // &
-      'it answers displacements only at the boundaries that reduction.displacement names, and none with auto')
     do i = 1, size(reduced%clusters)
       PetscCall(fill_cluster(full_order, i, reduced, reason, ierr))
       if (reason /= '') return
     end do
+    if (plan%has_modes) call log_warning('this model is tied, because the matrix of all contacts is too large: it has no ' // &
+      'displacement modes, and answers displacements only on the boundaries that reduction.displacement names; with auto, on none')
     call move_alloc(reduced, part)
   end subroutine train_tied
 

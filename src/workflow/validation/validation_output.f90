@@ -93,7 +93,7 @@ contains
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
-    call report%add('errors/warnings', error_warnings(outcome%model_kind, error_names, outcome%errors))
+    call report%add('errors/warnings', validation_warnings(outcome))
     call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
     do i_method = 1, size(names)
@@ -108,24 +108,30 @@ contains
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
     call report%add('times/full_order_setup', outcome%setup_seconds)
     call report%add('times/full_order_per_point', outcome%full_order_seconds)
-    if (rotation_warning(outcome%rotation) /= '') &
-      call report%add('errors/rotation_warning', rotation_warning(outcome%rotation))
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
 
-  !> Logs the warnings of error_warnings (of e_u, e_lambda_rid and e_lambda_all if they are large or could not be measured) and of
-  !> rotation_warning.
+  !> Logs the warnings of validation_warnings.
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
     integer :: i
 
-    warnings = error_warnings(outcome%model_kind, error_names, outcome%errors)
+    warnings = validation_warnings(outcome)
     do i = 1, size(warnings)
       call log_warning(warnings(i)%text)
     end do
-    if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))
   end subroutine warn_of_errors
+
+  !> Returns the warnings of error_warnings (e_u, e_lambda_rid and e_lambda_all that are large or could not be measured), and
+  !> that of rotation_warning.
+  pure function validation_warnings(outcome) result(warnings)
+    type(validation_t), intent(in) :: outcome
+    type(string_t), allocatable :: warnings(:)
+
+    warnings = error_warnings(outcome%model_kind, error_names, outcome%errors)
+    if (rotation_warning(outcome%rotation) /= '') call append_text(warnings, rotation_warning(outcome%rotation))
+  end function validation_warnings
 
   !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two
   !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method.

@@ -111,6 +111,17 @@ def test_texts_of_the_user_are_no_markup(words_only: Path) -> None:
     assert "a < b & <script>alert(1)</script>" in read(page).text
 
 
+def test_texts_that_look_like_numbers_stay_texts(words_only: Path) -> None:
+    path = words_only / "report.yaml"
+    report = yaml.safe_load(path.read_text())
+    report["deck"]["title"] = "12345"
+    report["version"]["commit"] = "7e55613"
+    path.write_text(yaml.safe_dump(report))
+    text = read(build_page(Results(words_only), Log())).text
+    assert "12345" in text
+    assert "7e55613" in text
+
+
 def test_command_writes_the_page(words_only: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Into the results folder, or where the user says; a missing report is a user's error."""
     assert main(["report", str(words_only)]) == 0

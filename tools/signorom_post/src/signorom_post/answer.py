@@ -229,7 +229,7 @@ class Answer:
 
     @cached_property
     def backward_gradient(self) -> Gradient:
-        """Derivatives and errors as in `gradient`; if the derivatives are one-sided, those towards smaller values."""
+        """As `gradient`, with the same exceptions. One-sided derivatives are those towards smaller values."""
         return self._differentiate(-1)
 
     @cached_property
@@ -239,5 +239,8 @@ class Answer:
 
     @property
     def contact_force(self) -> float:
-        """Sum of the contact forces of all contacts [force unit of the model]."""
+        """Sum of the sizes of all contact forces, whatever their directions [force unit of the model].
+
+        `resultants` has the forces as vectors.
+        """
         return float(self.multipliers.sum())

@@ -69,7 +69,7 @@ def build_page(results: Results, log: Log) -> str:
     InputError if report.yaml is missing or damaged, or if there is a check.h5 that cannot be used.
     """
     report = results.report
-    title = value_text(mapping(report.get("deck")).get("title"))
+    title = _word(mapping(report.get("deck")).get("title"))
     return "\n".join(
         [
             "<!DOCTYPE html>",
@@ -226,9 +226,14 @@ def _deck(report: dict[str, Any]) -> Iterator[str]:
 
 
 def _provenance(report: dict[str, Any]) -> Iterator[str]:
-    rows = _pairs(report.get("run"), "run") + _pairs(report.get("version"), "version")
-    rows.append(["deck and mesh", value_text(report.get("provenance"))])
+    rows = _pairs(report.get("run"), "run", _word) + _pairs(report.get("version"), "version", _word)
+    rows.append(["deck and mesh", _word(report.get("provenance"))])
     yield from _section("Where this comes from", rows)
+
+
+def _word(value: Any) -> str:
+    """Returns a text as it stands, also one that looks like a number: a title, a commit."""
+    return value if isinstance(value, str) else value_text(value)
 
 
 def _table(titles: list[str], rows: Iterable[list[str]]) -> str:

@@ -197,8 +197,6 @@ def value_text(value: Any) -> str:
     """
     if value is None:
         return ABSENT
-    if isinstance(value, str):
-        return value
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, list | tuple):
