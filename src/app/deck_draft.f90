@@ -8,6 +8,7 @@ module sig_deck_draft
   use sig_file_system, only: base_name
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_surface_geometry, only: direction_text
   use sig_text, only: counted, join, short_number, to_text
   implicit none(type, external)
   private
@@ -140,11 +141,22 @@ contains
     do i = 1, size(pairs)
       associate (pair => pairs(i), groups => mesh%groups)
         text = text // '  - {first: ' // yaml_text(groups(pair%first)%name) // ', second: ' // &
-          yaml_text(groups(pair%second)%name) // '}  # ' // to_text(nint(100 * pair%share)) // &
+          yaml_text(groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}  # ' // to_text(nint(100 * pair%share)) // &
           ' % of the first one, gap about ' // short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2)) // nl
       end associate
     end do
   end function contact_section
+
+  !> Returns `, direction: [0, 1]` for a curved surface on a flat one, whose normal is the right one however far the bodies move;
+  !> otherwise empty.
+  pure function direction_of(pair, n_dim) result(text)
+    type(facing_groups_t), intent(in) :: pair
+    integer, intent(in) :: n_dim
+    character(:), allocatable :: text
+
+    text = ''
+    if (norm2(pair%direction) > 0) text = ', direction: ' // direction_text(pair%direction(:n_dim))
+  end function direction_of
 
   !> Returns the box around the points: `x 0 to 1, y -2 to 0`; `touches no named region` if there are no points.
   pure function box_text(points) result(text)

@@ -15,7 +15,7 @@ module sig_mortar_rows
   use sig_mortar_sides, only: create_side, mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: integrate_mortar
-  use sig_mortar_words, only: cover_text, far_text, finer_text, gap_text, largest_share
+  use sig_mortar_words, only: cover_text, far_text, finer_text, flat_text, gap_text, largest_share
   use sig_node_pairs, only: node_pairs_t
   use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
@@ -186,7 +186,7 @@ contains
       if (allocated(error)) return
       call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, more%terms%n_terms(), more%rows)
       more%note = more%note // ', shares of up to ' // short_number(largest_share(more%rows), fine_digits) // &
-        finer_text(surfaces, first, second)
+        finer_text(surfaces, first, second) // flat_text(surfaces)
     end associate
   end subroutine build_rows
 

@@ -5,11 +5,12 @@ module sig_mortar_words
   use sig_kinds, only: rk
   use sig_mortar_sides, only: mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
+  use sig_surface_geometry, only: direction_text, flat_direction, is_flat
   use sig_surface_pair, only: surface_pair_t
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
-  public :: cover_text, gap_text, far_text, finer_text, largest_share
+  public :: cover_text, gap_text, far_text, finer_text, flat_text, largest_share
 
 contains
 
@@ -82,6 +83,18 @@ contains
     if (first%longest > second%longest) text = "; '" // surfaces%entry%first%text // "' has the longer edges: contact is more " // &
       'accurate with the finer surface as first'
   end function finer_text
+
+  !> Returns a note if the second surface is flat and the first one is not, and the deck gives no direction; otherwise empty. The
+  !> normals are those of the curved surface then, which is not right where bodies move far.
+  pure function flat_text(surfaces) result(text)
+    type(surface_pair_t), intent(in) :: surfaces
+    character(:), allocatable :: text
+
+    text = ''
+    if (surfaces%entry%has_direction .or. .not. is_flat(surfaces%second_geometry) .or. is_flat(surfaces%first_geometry)) return
+    text = "; '" // surfaces%entry%second%text // "' is flat and '" // surfaces%entry%first%text // "' is not: direction: " // &
+      direction_text(flat_direction(surfaces%second_geometry)) // ' in this entry is more accurate where the bodies move far'
+  end function flat_text
 
   !> Returns ` within the search distance (search_distance)` if some part of the first surface faces the second one beyond it;
   !> otherwise empty.

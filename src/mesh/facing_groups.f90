@@ -6,7 +6,7 @@ module sig_facing_groups
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_facet
-  use sig_surface_geometry, only: measure_surface, surface_geometry_t
+  use sig_surface_geometry, only: flat_direction, is_flat, measure_surface, surface_geometry_t
   implicit none(type, external)
   private
   public :: facing_groups_t, find_facing_groups
@@ -21,6 +21,8 @@ module sig_facing_groups
     !> [length] least and largest distance of the facing facets' centers along the normals of the first surface, negative where they
     !> overlap; 0 below 1e-9 of the reach
     real(rk) :: gap(2) = 0
+    !> [-] flat_direction of the second surface, if it is flat and the first one is not; otherwise 0
+    real(rk) :: direction(3) = 0
   end type facing_groups_t
 
   !> A named surface with the data for the search.
@@ -28,6 +30,9 @@ module sig_facing_groups
     integer :: group = 0
     !> numbers of its bodies, without repeats
     integer, allocatable :: bodies(:)
+    !> whether it is flat, and then [-] its direction (flat_direction)
+    logical :: is_flat = .false.
+    real(rk) :: direction(3) = 0
     !> [length] mean facet size, and largest distance at which another surface counts as facing
     real(rk) :: facet_size = 0
     real(rk) :: reach = 0
@@ -129,6 +134,8 @@ contains
         end associate
       end do
       surface%area_vectors = geometry%area_vectors
+      surface%is_flat = is_flat(geometry)
+      if (surface%is_flat) surface%direction(:mesh%n_dim) = flat_direction(geometry)
       surface%facet_size = geometry%mesh_size
       surface%reach = max(of_facets * geometry%mesh_size, of_length * length_of(mesh%coordinates(:, group%nodes)))
       allocate (surface%least_gap(size(group%entities)), source=huge(1.0_rk))
@@ -177,5 +184,6 @@ contains
     pair = facing_groups_t(surface%group, other%group, sum(areas, mask=is_facing) / sum(areas), &
       [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)])
     where (abs(pair%gap) < rounding * surface%reach) pair%gap = 0
+    if (other%is_flat .and. .not. surface%is_flat) pair%direction = other%direction
   end function face
 end module sig_facing_groups

@@ -6,9 +6,10 @@ module sig_surface_geometry
   use sig_kinds, only: rk
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
   use sig_shape_functions, only: shape_coefficients, shape_slopes
+  use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
-  public :: surface_geometry_t, measure_surface, averaged_normals
+  public :: surface_geometry_t, measure_surface, averaged_normals, is_flat, flat_direction, direction_text
 
   !> The geometry of one surface.
   type :: surface_geometry_t
@@ -23,6 +24,44 @@ module sig_surface_geometry
   end type surface_geometry_t
 
 contains
+
+  !> Whether all facets of a surface have the same normal.
+  pure logical function is_flat(geometry)
+    type(surface_geometry_t), intent(in) :: geometry
+    !> [-] 1 - cosine between a normal and the mean one
+    real(rk), parameter :: rounding = 1.0e-8_rk
+    integer :: i
+
+    associate (vectors => geometry%area_vectors, whole => sum(geometry%area_vectors, dim=2))
+      is_flat = all([(dot_product(vectors(:, i), whole) >= (1 - rounding) * norm2(vectors(:, i)) * norm2(whole), &
+        i=1, size(vectors, 2))])
+    end associate
+  end function is_flat
+
+  !> [-] Returns the direction that points into a flat surface, a unit vector.
+  pure function flat_direction(geometry) result(direction)
+    type(surface_geometry_t), intent(in) :: geometry
+    real(rk) :: direction(size(geometry%area_vectors, 1))
+    !> [-] rounding of a component that is 0
+    real(rk), parameter :: rounding = 1.0e-8_rk
+
+    direction = -sum(geometry%area_vectors, dim=2)
+    direction = direction / norm2(direction)
+    where (abs(direction) < rounding) direction = 0
+  end function flat_direction
+
+  !> Returns a direction as a deck has it, such as `[0.0, 1.0]`.
+  pure function direction_text(direction) result(text)
+    real(rk), intent(in) :: direction(:)
+    character(:), allocatable :: text
+    integer :: i
+
+    text = '[' // short_number(direction(1), fine_digits)
+    do i = 2, size(direction)
+      text = text // ', ' // short_number(direction(i), fine_digits)
+    end do
+    text = text // ']'
+  end function direction_text
 
   !> Computes the geometry of a group of facets. Stops at a facet that is not a side of exactly one cell (inner_facet).
   pure subroutine measure_surface(mesh, i_group, geometry)

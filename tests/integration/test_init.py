@@ -76,6 +76,42 @@ def test_contacts_of_blocks(signorom, tmp_path, name):
     assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == contacts
 
 
+ROLLER = """SetFactory("OpenCASCADE");
+Disk(1) = {0, 10.01, 0, 10};
+Rectangle(2) = {-60, -10, 0, 120, 10};
+Physical Surface("roller") = {1};
+Physical Surface("block") = {2};
+Physical Curve("rim") = {1};
+Physical Curve("face") = {4};
+Physical Curve("bottom") = {2};
+Mesh.MeshSizeMax = 1;
+"""
+
+
+def test_curved_on_flat_takes_the_normal_of_the_flat_surface(signorom, tmp_path):
+    """The deck of init has it as direction; without it `check` says so."""
+    (tmp_path / "part.geo").write_text(ROLLER)
+    make_mesh(tmp_path / "part.geo", tmp_path / "part.msh")
+    signorom("init", "part.msh", folder=tmp_path)
+    deck = tmp_path / "part.yaml"
+    (entry,) = yaml.safe_load(deck.read_text())["contact"]
+    assert entry == {"first": "rim", "second": "face", "direction": [0.0, -1.0]}
+    text = deck.read_text()
+    for old, new in {
+        ", direction: [0.0, -1.0]": "",
+        "min: FILL_IN, max: FILL_IN": "min: 1, max: 9",
+        "young_modulus: FILL_IN, poisson_ratio: FILL_IN": "young_modulus: 2.0e5, poisson_ratio: 0.3",
+        "boundary: FILL_IN, pressure": "boundary: face, pressure",
+    }.items():
+        text = text.replace(old, new)
+    for boundary in ("rim", "bottom"):
+        text = text.replace("boundary: FILL_IN", f"boundary: {boundary}", 1)
+    # its nodes must be free to carry the contact forces
+    deck.write_text(text.replace("rim, displacement: {x: 0, y: 0}", "rim, displacement: {x: 0}"))
+    done = signorom.run("check", deck, folder=tmp_path)
+    assert "'face' is flat and 'rim' is not: direction: [0.0, -1.0]" in done.stdout + done.stderr
+
+
 @pytest.mark.parametrize("n_dim", [2, 3])
 def test_filled_in_deck_runs(signorom, tmp_path, n_dim):
     """From a mesh to a judged model in five answers, on two ranks."""
@@ -88,7 +124,8 @@ def test_filled_in_deck_runs(signorom, tmp_path, n_dim):
     text = deck.read_text()
     for boundary in ("bottom", "left", "top"):  # a support for each body, a load
         text = text.replace("boundary: FILL_IN", f"boundary: {boundary}", 1)
-    deck.write_text(text)
+    # its nodes must be free to carry the contact forces
+    deck.write_text(text.replace("rim, displacement: {x: 0, y: 0}", "rim, displacement: {x: 0}"))
     assert "FILL_IN" not in re.sub("#.*", "", deck.read_text())
     signorom("check", deck, folder=tmp_path)
     signorom("run", deck, folder=tmp_path)
