@@ -151,8 +151,9 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> Sets the bound and the relative bound, which is bound / size_of_answer, and 0 for a bound of 0, also if size_of_answer is 0.
-  !> Both are huge if the bound is huge or not a number.
+  !> Sets the bound and the relative bound, which is bound / size_of_answer. It is 0 for a bound of 0, and no_bound if
+  !> only size_of_answer is 0: no contact has a force, neither here nor in training, and nothing is there to compare with. Both are
+  !> huge if the bound is huge or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
@@ -197,7 +198,7 @@ contains
     if (.not. found < huge(bound)) return
     bound = found
     relative_bound = 0
-    if (bound > 0) relative_bound = bound / max(size_of_answer, tiny(bound))
+    if (bound > 0) relative_bound = merge(bound / max(size_of_answer, tiny(bound)), no_bound, size_of_answer > 0)
   end subroutine relate
 
   !> Returns the size of an answer [sqrt(force*length)] that its bound is divided by: its own size, but at least a thousandth of the

@@ -24,6 +24,8 @@ module sig_holding
 
   !> [-] a remainder of a row of B Z below this is rounding: motions have size 1
   real(rk), parameter :: dependent = 1.0e-6_rk
+  !> [-] closings below this share of the largest are rounding
+  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -133,6 +135,10 @@ contains
     allocate (anchors%amplitudes(motions%n_free, motions%n_free))
     call invert(motions%closing(anchors%rows, :), anchors%amplitudes, is_singular)
     anchors%closing = matmul(motions%closing, anchors%amplitudes)
+    ! A contact across a motion does not hold it, however large its force is.
+    if (size(anchors%closing) > 0) then
+      where (abs(anchors%closing) <= rounding * maxval(abs(anchors%closing))) anchors%closing = 0
+    end if
   end subroutine find_anchors
 
   !> Returns for each closed pair whether a body is no longer held when this pair opens: its share in holding the motions is then
