@@ -123,15 +123,8 @@ contains
     type(solved_points_t), intent(in) :: solved
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: warning
-    real(rk) :: rotation
-    integer :: i
 
-    rotation = 0
-    do i = 1, size(solved%states)
-      if (solved%states(i)%reason == reason_converged) &
-        rotation = max(rotation, largest_rotation(problem%motions, solved%states(i)%displacement))
-    end do
-    warning = rotation_warning(rotation)
+    warning = rotation_warning(largest_rotation(problem%motions, solved%states))
     if (warning == '') return
     call log_warning(warning)
     call report%add('rotations/warning', warning)

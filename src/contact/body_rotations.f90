@@ -1,8 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Rotations of the bodies that only contact holds. Equations of small displacements are wrong where they are large.
 module sig_body_rotations
+  use sig_contact_state, only: contact_state_t
+  use sig_cross_products, only: cross_product
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
+  use sig_reasons, only: reason_converged
   use sig_rigid_motions, only: rigid_motions_t
   implicit none(type, external)
   private
@@ -10,20 +13,23 @@ module sig_body_rotations
 
 contains
 
-  !> [rad] Returns the largest angle by which a body with a free motion rotates; 0 without such bodies and in axisymmetry.
-  real(rk) function largest_rotation(motions, displacement) result(angle)
+  !> [rad] Returns the largest angle by which a body with a free motion rotates in any of the states that converged; 0 without such
+  !> bodies or states, and in axisymmetry.
+  real(rk) function largest_rotation(motions, states) result(angle)
     type(rigid_motions_t), intent(in) :: motions
-    !> [length] natural, shape (n_dofs)
-    real(rk), intent(in) :: displacement(:)
-    integer :: i
+    type(contact_state_t), intent(in) :: states(:)
+    integer :: i, k
 
     angle = 0
     if (motions%is_round) return
-    associate (vectors => reshape(displacement, shape(motions%coordinates)))
-      do i = 1, motions%n_bodies
-        if (any(motions%body_of_motion == i)) angle = max(angle, rotation_of(motions, i, vectors))
-      end do
-    end associate
+    do k = 1, size(states)
+      if (states(k)%reason /= reason_converged) cycle
+      associate (vectors => reshape(states(k)%displacement, shape(motions%coordinates)))
+        do i = 1, motions%n_bodies
+          if (any(motions%body_of_motion == i)) angle = max(angle, rotation_of(motions, i, vectors))
+        end do
+      end associate
+    end do
   end function largest_rotation
 
   !> [rad] Returns the angle of the rigid rotation that fits the displacements of a body best: with x from its center, w solves
@@ -50,7 +56,7 @@ contains
       inertia(1, 1) = inertia(1, 1) + dot_product(x, x)
       inertia(2, 2) = inertia(2, 2) + dot_product(x, x)
       inertia(3, 3) = inertia(3, 3) + dot_product(x, x)
-      moment = moment + [x(2) * u(3) - x(3) * u(2), x(3) * u(1) - x(1) * u(3), x(1) * u(2) - x(2) * u(1)]
+      moment = moment + cross_product(x, u)
     end do
     call solve_dense(inertia, moment, rotation, is_singular)
     angle = 0

@@ -6,6 +6,7 @@ module sig_deck_checks
   use sig_deck_check_study, only: check_study
   use sig_deck_check_values, only: check_field, check_range
   use sig_deck_config, only: deck_config_t, parameter_config_t
+  use sig_deck_echo_words, only: yaml_words
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: is_function_name, is_identifier
   use sig_kinds, only: rk
@@ -22,8 +23,6 @@ module sig_deck_checks
     'e_u_energy_relative', 'n_active', 'n_active_full_order', 'full_order', 'n_solutions', 'error_bound', 'displacement_bound', &
     'status', 'next_cluster', 'contact_force', 'order', 'indicator', 'error_u', 'error_lambda', 'is_inside_box', &
     'relative_bound', 'nodes', 'self']
-  !> words in capital or small letters that readers of YAML do not take for a name
-  character(*), parameter :: yaml_words(7) = [character(5) :: 'true', 'false', 'yes', 'no', 'on', 'off', 'null']
 
 contains
 

@@ -7,6 +7,9 @@ module sig_deck_echo_words
   private
   public :: yaml_text, count_or_word, tolerance_or_none
 
+  !> words in capital or small letters that readers of YAML do not take for a text
+  character(*), parameter, public :: yaml_words(7) = [character(5) :: 'true', 'false', 'yes', 'no', 'on', 'off', 'null']
+
 contains
 
   !> Returns the number `count` as text, or `word` if `count` is `special`.
@@ -63,11 +66,11 @@ contains
     if (index(first, text(i:i)) == 0 .or. verify(text, first // '-+*^)<>= ') > 0 .or. text(len(text):) == ' ') return
     ! words that YAML (here or in another reader) does not read as a text
     select case (lower(text))
-    case ('null', 'true', 'false', 'yes', 'no', 'on', 'off', 'y', 'n', '.nan', '.inf', '-.inf')
+    case ('y', 'n', '.nan', '.inf', '-.inf')
       is_plain = .false.
     case default
       call read_real(text, number, is_number)
-      is_plain = .not. (is_number .or. is_other_number(text))
+      is_plain = .not. (is_number .or. is_other_number(text) .or. any(yaml_words == lower(text)))
     end select
   end function is_plain
 

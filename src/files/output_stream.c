@@ -101,6 +101,7 @@ static int open_target(sig_output_stream *stream, const char *path, size_t lengt
 }
 
 static void free_stream(sig_output_stream *stream) {
+  if (stream->partial) sig_forget_partial_file(stream->partial, strlen(stream->partial));
   free(stream->partial);
   free(stream->target);
   free(stream);
@@ -112,7 +113,6 @@ int sig_output_open(const char *path, size_t length, sig_output_stream **stream)
   (*stream)->descriptor = STDOUT_FILENO;
   const int code = length > 0 ? open_target(*stream, path, length) : 0;
   if (!code) return 0;
-  if ((*stream)->partial) sig_forget_partial_file((*stream)->partial, strlen((*stream)->partial));
   free_stream(*stream);
   *stream = NULL;
   return code;
@@ -143,7 +143,6 @@ int sig_output_close(sig_output_stream *stream, int is_kept) {
   if (stream->partial && !code && is_kept && rename(stream->partial, stream->target) != 0) code = errno;
   if (stream->partial && !code && is_kept) sig_sync_folder_of(stream->target);
   if (stream->partial && (code || !is_kept)) unlink(stream->partial);
-  if (stream->partial) sig_forget_partial_file(stream->partial, strlen(stream->partial));
   free_stream(stream);
   if (code) sig_let_end_pass();
   return code;

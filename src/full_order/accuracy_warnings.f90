@@ -114,11 +114,9 @@ contains
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: it has no value at any of the ' // &
           to_text(size(errors, 2)) // ' test points (no contact there, no full-order solution, or no answer)')
       else if (statistics%median > largest_median(i)) then
-        call append_text(warnings, large_error(judged_names(i), 'median', statistics%median, largest_median(i)) // '; ' // &
-          accuracy_advice(kind))
+        call append_text(warnings, large_error(kind, judged_names(i), 'median', statistics%median, largest_median(i)))
       else if (statistics%p95 > largest_p95(i)) then
-        call append_text(warnings, large_error(judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)) // '; ' // &
-          accuracy_advice(kind))
+        call append_text(warnings, large_error(kind, judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)))
       end if
     end do
   end function error_warnings
@@ -139,7 +137,9 @@ contains
     is_measured = statistics%n_values > 0
   end function is_measured
 
-  pure function large_error(name, statistic, value, limit) result(text)
+  !> Returns the warning of an error that is above its limit, with the advice for this kind of model.
+  pure function large_error(kind, name, statistic, value, limit) result(text)
+    character(*), intent(in) :: kind
     character(*), intent(in) :: name
     character(*), intent(in) :: statistic
     real(rk), intent(in) :: value
@@ -147,7 +147,7 @@ contains
     character(:), allocatable :: text
 
     text = 'the model is inaccurate: the ' // statistic // ' of ' // trim(name) // ' is ' // short_number(value) // ' (limit ' // &
-      to_text(limit) // ')'
+      to_text(limit) // '); ' // accuracy_advice(kind)
   end function large_error
 
   !> Returns what makes models of this kind more accurate, as a part of a sentence.

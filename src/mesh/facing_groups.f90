@@ -102,6 +102,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_t), allocatable, intent(out) :: surfaces(:)
     type(surface_geometry_t) :: geometry
+    type(surface_t) :: surface
     integer, allocatable :: body_of_node(:)
     integer :: i, n_bodies
 
@@ -110,7 +111,10 @@ contains
     do i = 1, size(mesh%groups)
       if (mesh%groups(i)%n_dim /= mesh%n_dim - 1 .or. size(mesh%groups(i)%entities) == 0) cycle
       call measure_surface(mesh, i, geometry)
-      if (geometry%inner_facet == 0) surfaces = [surfaces, surface_of(mesh, i, geometry, body_of_node)]
+      if (geometry%inner_facet > 0) cycle
+      ! gfortran 12 leaks a function result in a constructor
+      surface = surface_of(mesh, i, geometry, body_of_node)
+      surfaces = [surfaces, surface]
     end do
   end subroutine measure_surfaces
 

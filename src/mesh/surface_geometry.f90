@@ -23,17 +23,18 @@ module sig_surface_geometry
     integer :: inner_facet = 0
   end type surface_geometry_t
 
+  !> [-] rounding of a flat surface: of 1 - cosine between a normal and the mean one, and of a component that is 0
+  real(rk), parameter :: flat_rounding = 1.0e-8_rk
+
 contains
 
   !> Whether all facets of a surface have the same normal.
   pure logical function is_flat(geometry)
     type(surface_geometry_t), intent(in) :: geometry
-    !> [-] 1 - cosine between a normal and the mean one
-    real(rk), parameter :: rounding = 1.0e-8_rk
     integer :: i
 
     associate (vectors => geometry%area_vectors, whole => sum(geometry%area_vectors, dim=2))
-      is_flat = all([(dot_product(vectors(:, i), whole) >= (1 - rounding) * norm2(vectors(:, i)) * norm2(whole), &
+      is_flat = all([(dot_product(vectors(:, i), whole) >= (1 - flat_rounding) * norm2(vectors(:, i)) * norm2(whole), &
         i=1, size(vectors, 2))])
     end associate
   end function is_flat
@@ -42,12 +43,10 @@ contains
   pure function flat_direction(geometry) result(direction)
     type(surface_geometry_t), intent(in) :: geometry
     real(rk) :: direction(size(geometry%area_vectors, 1))
-    !> [-] rounding of a component that is 0
-    real(rk), parameter :: rounding = 1.0e-8_rk
 
     direction = -sum(geometry%area_vectors, dim=2)
     direction = direction / norm2(direction)
-    where (abs(direction) < rounding) direction = 0
+    where (abs(direction) < flat_rounding) direction = 0
   end function flat_direction
 
   !> Returns a direction as a deck has it, such as `[0.0, 1.0]`.

@@ -305,9 +305,8 @@ contains
     end if
     if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
+      outcome%rotation = max(outcome%rotation, largest_rotation(self%problem%motions, states))
       do i = 1, size(states)
-        if (states(i)%reason == reason_converged) &
-          outcome%rotation = max(outcome%rotation, largest_rotation(self%problem%motions, states(i)%displacement))
         if (self%n_before == 0) call self%responses%collect(places(i), states(i))
         call make_record(points(:, i), n_stored > 0, states(i), records(i))
       end do

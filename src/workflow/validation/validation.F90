@@ -225,7 +225,6 @@ contains
     type(contact_state_t) :: states(size(numbers))
     type(answer_t) :: answers(size(numbers))
     type(point_errors_t) :: errors(size(numbers))
-    real(rk) :: rotation
     integer :: i
 
     PetscCall(team%solver%solve_points(problem, points(:, numbers), states, ierr))
@@ -236,9 +235,7 @@ contains
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)
-      rotation = 0
-      if (states(i)%reason == reason_converged) rotation = largest_rotation(problem%motions, states(i)%displacement)
-      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), rotation)
+      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), largest_rotation(problem%motions, states(i:i)))
     end do
   end subroutine compare_batch
 

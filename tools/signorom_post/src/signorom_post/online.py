@@ -204,10 +204,7 @@ class Model:
 
     @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
-        """Numbers in the mesh file and coordinates of all nodes, shapes (n_nodes) and (n_nodes, n_dimensions).
-
-        All are 0 where the model keeps no nodes.
-        """
+        """Numbers in the mesh file (n_nodes) and coordinates (n_nodes, n_dimensions); all 0 if the model keeps none."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
         with self._handles.model() as model:
