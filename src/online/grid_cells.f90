@@ -41,8 +41,8 @@ contains
     n_cells = product(self%n_layers())
   end function n_cells
 
-  !> Returns the numbers of the grid points at the corners of a cell, 1-based, ascending. There are 2**n_parameters corners; each
-  !> parameter of one value halves this number.
+  !> Returns the numbers of the grid points at the corners of a cell, 1-based, ascending. In the order of the points the last
+  !> parameter is the fastest. There are 2**n_parameters corners; each parameter of one value halves this number.
   pure function corners(self, i_cell) result(points)
     class(grid_cells_t), intent(in) :: self
     !> number of the cell, 1-based
@@ -102,7 +102,8 @@ contains
     end do
   end function squared_distance
 
-  !> Returns the digits of a number (from 0), each to a base of its own, the last one fastest.
+  !> Returns the digits of a number >= 0, each to a base of its own: digit i is between 0 and bases(i) - 1. The last digit is the
+  !> least significant one.
   pure function digits_of(number, bases) result(digits)
     integer, intent(in) :: number
     integer, intent(in) :: bases(:)

@@ -32,7 +32,8 @@ module sig_hanging_bodies
 
 contains
 
-  !> Takes the data of the anchors, and the diagonal of C, from a condensed problem.
+  !> Takes the data of the anchors from a condensed problem, and the diagonal of C, the compliance of the other rows with closed
+  !> anchors.
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
     class(condensed_data_t), intent(in) :: data
@@ -66,13 +67,14 @@ contains
 
   !> Moves the bodies that only contact holds, rigidly, to the place where the sum over all rows, with anchors, of force times
   !> squared opening is least, and computes the openings that the error bound needs (README). At this place rows with forces are
-  !> nearly closed, and small forces hardly count. Any place gives a valid bound. The cost is n t^2 operations for n rows and t
-  !> anchors.
+  !> nearly closed, and small forces hardly count. If the forces do not determine the place, all anchors stay closed. Any place
+  !> gives a valid bound. The cost is n t^2 operations for n rows and t anchors.
   subroutine settle(self, forces, opening, surplus)
     class(hanging_bodies_t), intent(in) :: self
     !> [force] >= 0 of all contacts
     real(rk), intent(in) :: forces(:)
-    !> [length] openings of the rows that are not anchors; in: C lambda + q, with closed anchors; out: C lambda + q + N (s - rho_T)
+    !> [length] openings of the rows that are not anchors; in: C lambda + q, with closed anchors; out: C lambda + q + N (s - rho_T).
+    !> s are the openings of the anchors at this place. rho_T is s for anchors with a force above s / `scale`, 0 for others
     real(rk), intent(inout) :: opening(:)
     !> [force*length] contribution of the anchors to the sum c of the bound
     real(rk), intent(out) :: surplus

@@ -11,8 +11,9 @@ module sig_hhr_check
 
 contains
 
-  !> Returns the name of an array of `cluster` whose shape does not fit the model, or whose values a query cannot use; empty when
-  !> all fit. Requires: complete_cluster.
+  !> Returns the name of an array of `cluster` whose shape does not fit the model, or whose values a query cannot use: numbers that
+  !> are not finite, or indices that do not exist. The name is `enrichment` for the history; it is empty when all fit. Requires:
+  !> complete_cluster.
   pure function find_hhr_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes
@@ -44,7 +45,7 @@ contains
       size(cluster%dual_snapshots, 2), cluster%n_rows, size(cluster%motion_closing, 2))
   end function find_hhr_mismatch
 
-  !> Returns the name of an array that does not fit, among those for the multipliers outside of the domain; empty when all fit.
+  !> Does the same as find_hhr_mismatch for the arrays for the multipliers of all contacts: snapshots, openings and rigid motions.
   pure function find_snapshot_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

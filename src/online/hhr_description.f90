@@ -29,8 +29,8 @@ contains
     end do
   end function describe_hhr
 
-  !> Returns a text with the number of hats. If the training recorded its steps (history), the rank of (11) without hats and the
-  !> number of rows follow, which shows whether the model needs hats.
+  !> Returns a text without line end: the number of hats. If the training recorded its steps (history), the rank of (11) without
+  !> hats and the number of rows follow, which shows whether the model needs hats.
   pure function hats_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

@@ -14,7 +14,8 @@ module sig_hhr_file
 
 contains
 
-  !> Packs a cluster into bytes, from which unpack_cluster makes the same cluster. Errors: HDF5 cannot make the file in memory.
+  !> Packs a cluster into bytes, from which unpack_cluster makes the same cluster; arrays of `varying` and of `certificate` are not
+  !> allocated there if the cluster has no such data. Errors: HDF5 cannot make the file in memory.
   !>
   !> Requires: complete_cluster.
   subroutine pack_cluster(cluster, bytes, error)
@@ -133,7 +134,7 @@ contains
 
   !> Reads a cluster from a group of a file. Errors: a dataset is missing, or has another type or rank. Anchors and lifted_terms may
   !> be missing, as in older files: then there are no anchors, and the lifted terms are the first terms. A cluster without data
-  !> for a varying stiffness or for a certificate has no group `stiffness` or `certificate`.
+  !> for a varying stiffness or for a certificate has no group `stiffness` or `certificate`; their arrays stay unallocated.
   subroutine read_cluster(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -39,7 +39,7 @@ module sig_hhr_room
 
 contains
 
-  !> Allocates the work arrays for a cluster.
+  !> Allocates the work arrays for a cluster. Requires: a new room.
   subroutine create(self, data)
     class(hhr_room_t), intent(inout) :: self
     !> the data, after complete_cluster
@@ -54,7 +54,8 @@ contains
   end subroutine create
 
   !> Fills an answer from a solution of the condensed problem: method, reason, number of iterations, residual, n_solutions, forces
-  !> and status of the rows of the domain, and coordinates. Without a solution the coordinates stay unchanged. It solves nothing.
+  !> and status of the rows of the domain, and coordinates. Without a solution the coordinates stay unchanged, and no row has a
+  !> force. It does not solve the problem.
   subroutine take(system, room, solution, answer)
     !> system of the point
     type(hhr_system_t), intent(in) :: system

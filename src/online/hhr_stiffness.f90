@@ -50,7 +50,8 @@ contains
     if (allocated(self%kinds)) is_there = size(self%kinds) > 0
   end function is_there
 
-  !> Whether the elastic constants of all m_q are possible at a point: Young's moduli above 0, Poisson's ratios between -1 and 0.5.
+  !> Whether the elastic constants of all m_q are possible at a point: Young's moduli above 0, Poisson's ratios above -1 and below
+  !> 0.5.
   pure logical function has_material(self, theta)
     class(hhr_stiffness_t), intent(in) :: self
     !> shape (n_terms)

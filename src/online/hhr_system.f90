@@ -29,11 +29,13 @@ module sig_hhr_system
     real(rk) :: scale = 1
     !> [force/length] s
     real(rk) :: spring = 0
-    !> W = M K_r^-1 M', shape (n_rows, n_rows)
+    !> W = M K_r^-1 M', with anchors the matrix of the new problem (exchange); shape (n_rows, n_rows)
     real(rk), allocatable :: condensed(:, :)
-    !> (q, K_r^-1 F) = response theta with q = D - M K_r^-1 F, shape (n_rows + n_modes, n_terms)
+    !> (q, K_r^-1 F) = response theta with q = D - M K_r^-1 F, shape (n_rows + n_modes, n_terms); with anchors q of the new problem,
+    !> and K'^-1 F'
     real(rk), allocatable :: response(:, :)
-    !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows)
+    !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows); with anchors gamma = K'^-1 F' - multiplier_response
+    !> (lambda + s w on T)
     real(rk), allocatable :: multiplier_response(:, :)
     !> work arrays of systems that are made at each point: factors of K_r, the forces against the lifting per lifted term, and
     !> others
@@ -111,7 +113,7 @@ contains
     end associate
   end function held_stiffness
 
-  !> Returns s M_T' D_T [force per unit of theta].
+  !> Returns s M_T' D_T [force per unit of theta], the load by the springs, for each term.
   pure function held_load(self, cluster) result(load)
     type(hhr_system_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -120,8 +122,8 @@ contains
     load = self%spring * matmul(transpose(cluster%contact_matrix(self%anchors, :)), cluster%gap(self%anchors, :))
   end function held_load
 
-  !> Makes the principal pivot on T: W' and q' of K' become the matrix and the right-hand side of the new problem. It also sets the
-  !> scale of the anchors' unknowns.
+  !> Makes the principal pivot on T: W' and q' of K' become the matrix and the constant part of the new problem, whose unknowns on T
+  !> are openings over `scale`. It also sets `scale`. Requires: anchors.
   subroutine exchange(self, columns, is_singular)
     !> in: W'; out: the matrix of the new problem
     class(hhr_system_t), intent(inout) :: self
@@ -155,7 +157,8 @@ contains
   end subroutine exchange
 
   !> Converts the unknowns of the complementarity problem to the forces of all rows, and to the forces that act in the equations of
-  !> K'.
+  !> K'. An anchor with an unknown above 0 is open and has the force 0. Another anchor has its complementary value over `scale`, at
+  !> least 0.
   subroutine forces_of(self, unknowns, response, forces, held_forces)
     class(hhr_system_t), intent(in) :: self
     !> [force] unknowns of the complementarity problem, shape (n_rows)
@@ -198,15 +201,15 @@ contains
     end associate
   end subroutine reserve
 
-  !> Makes the system at a point, for a cluster whose stiffness depends on the parameters. The cost is 2/3 n_modes^3 + 2 n_modes^2
-  !> (n_rows + number of moduli) operations. Requires: reserve, has_material of sig_hhr_stiffness.
+  !> Makes the system at a point, for a cluster whose stiffness depends on the parameters. The cost is about 2/3 n_modes^3 +
+  !> 2 n_modes^2 (n_rows + number of moduli) + 2 n_modes n_rows^2 operations. Requires: reserve, has_material of sig_hhr_stiffness.
   subroutine assemble(self, cluster, theta, response, is_singular)
     class(hhr_system_t), target, intent(inout) :: self
     !> the data that reserve was called with
     type(hhr_data_t), intent(in) :: cluster
     !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
-    !> out: (q, K_r^-1 F) at the point, shape (n_rows + n_modes)
+    !> out: (q, K_r^-1 F) at the point, with anchors (q of the new problem, K'^-1 F'); shape (n_rows + n_modes)
     real(rk), contiguous, intent(inout) :: response(:)
     !> whether K_r, with springs on the anchors, or W'_TT is numerically singular; there is no system then
     logical, intent(out) :: is_singular
@@ -259,10 +262,10 @@ contains
     call add_lifted(cluster, 1.0_rk, lifting_load, theta, load)
   end subroutine load_at
 
-  !> Computes gamma [length] under the forces of the domain.
+  !> Computes gamma [length], the coordinates of the modes under the loads and the forces of the domain.
   subroutine coordinates(self, response, multipliers, values)
     class(hhr_system_t), intent(in) :: self
-    !> response theta of the point, shape (n_rows + n_modes)
+    !> (q, coordinates without contact forces) at the point, shape (n_rows + n_modes); q is not used
     real(rk), intent(in) :: response(:)
     !> [force] held_forces of forces_of: lambda + s w on T, lambda elsewhere; shape (n_rows)
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -12,8 +12,8 @@ module sig_interpolated_certificate
 
 contains
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
-  !> forces that do not balance the loads on bodies that only contact holds.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length], with W and q of closed anchors; rows of anchors do not
+  !> count. The result is huge for forces that do not balance the loads on bodies that only contact holds.
   real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -53,19 +53,19 @@ contains
     are_balanced = keep_balance(work, free_opening(data%anchors) / data%scale, forces)
   end function are_balanced
 
-  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W. It is the bound of the interpolated problem,
-  !> raised by data%measured_error, plus the effect of interpolation on these forces. The result is huge where the interpolated W is
-  !> not positive definite. Source: README. Requires: no anchors, data%has_bound().
+  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W. It is the bound of the interpolated problem times
+  !> 1 + data%measured_error, plus the effect of interpolation on these forces (data%bound). The result is huge where the
+  !> interpolated W is not positive definite. Source: README. Requires: no anchors, data%has_bound().
   real(rk) function bound_foreign_forces(data, theta, multipliers, compliance, opening, enough) result(bound)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] lambda_r >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> [length/force] W, shape (n_multipliers, n_multipliers), and [length] w = W lambda_r + q at the point
+    !> [length/force] interpolated W, shape (n_multipliers, n_multipliers), and [length] w = W lambda_r + q at the point
     real(rk), contiguous, intent(in) :: compliance(:, :)
     real(rk), contiguous, intent(in) :: opening(:)
-    !> [sqrt(force*length)] a bound as small as this need not be improved
+    !> [sqrt(force*length)] a bound of the interpolated problem as small as this need not be improved
     real(rk), intent(in) :: enough
     type(contact_error_bound_t) :: norm
 

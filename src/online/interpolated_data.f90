@@ -74,7 +74,7 @@ module sig_interpolated_data
 
 contains
 
-  !> Allocates with size 0 each array of this type that is not allocated.
+  !> Allocates with size 0 each array of this type that is not allocated. Arrays inside of its bodies and modes stay as they are.
   pure subroutine complete(self, sizes)
     class(interpolated_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -92,7 +92,7 @@ contains
   end subroutine complete
 
   !> Returns the name of an array of this type, of one of its bodies or of one of its modes, whose shape or values do not fit the
-  !> model; empty when all fit. Requires: complete.
+  !> model; empty when all fit. The name does not say which body it is. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(interpolated_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -135,8 +135,8 @@ contains
     if (allocated(self%modes)) has_modes = size(self%modes) > 0
   end function has_modes
 
-  !> Whether the elastic constants of all bodies are possible at a point: moduli and their ratios above 0, Poisson's ratios between
-  !> -1 and 0.5.
+  !> Whether the elastic constants of all bodies are possible at a point: moduli and their ratios above 0, Poisson's ratios above -1
+  !> and below 0.5.
   pure logical function has_material(self, theta)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -159,6 +159,7 @@ contains
   end function has_material
 
   !> Computes W and q of the complementarity problem at a point; the unknowns of the anchors are their openings over `scale`.
+  !> Requires: nodes%prepare of each body.
   subroutine evaluate(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -180,7 +181,7 @@ contains
     call close_anchors(self, theta, compliance, opening)
   end subroutine evaluate
 
-  !> Whether the model has a bound of the error that interpolation makes in the forces, which needs one for every body.
+  !> Whether the model has a bound of the error that interpolation makes in the forces: each body is exact or has a bound.
   pure logical function has_bound(self)
     class(interpolated_data_t), intent(in) :: self
     integer :: i
@@ -188,8 +189,8 @@ contains
     has_bound = all([(self%bodies(i)%has_bound(), i=1, size(self%bodies))])
   end function has_bound
 
-  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem.
-  !> Source: README. Requires: has_bound.
+  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem. For
+  !> other forces it bounds only the part of the error that interpolation makes. Source: README. Requires: has_bound.
   real(rk) function bound(self, theta, unknowns)
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
@@ -214,8 +215,9 @@ contains
     bound = min(norm2(bounds), total)
   end function bound
 
-  !> Exchanges the unknowns of the anchors in W (compliance) and q (opening): openings become unknowns instead of forces, and
-  !> forces the complementary values. A force of an anchor that is only rounding becomes 0 in q.
+  !> Overwrites the rows and columns of the anchors in W (compliance) and q (opening): the unknown of an anchor becomes its opening
+  !> over `scale`, and its complementary value becomes its force times `scale`. q of an anchor is 0 if it is at most 1e-12 of the
+  !> sum of the absolute values of its terms.
   pure subroutine close_anchors(self, theta, compliance, opening)
     class(interpolated_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)

@@ -16,8 +16,8 @@ module sig_interpolated_derivative
 contains
 
   !> Computes the derivatives of unknowns, multipliers, moves of the anchors (sig_interpolated_data), and coordinates of modes with
-  !> respect to each parameter. There is no derivative if is_singular is true: the contact forces are not unique, or the problem of
-  !> the contacts that graze has no solution (differentiate_lcp).
+  !> respect to each parameter. If is_singular is true, there is no derivative and `gradient` does not change: the contact forces
+  !> are not unique, or the problem of the contacts that graze has no solution (differentiate_lcp).
   subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -26,8 +26,8 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
-    !> in: direction, is_one_sided and theta; out: the other derivatives; is_one_sided becomes true for more parameters where a
-    !> contact that grazes makes it so
+    !> in: direction, is_one_sided and theta; out: the other derivatives and n_grazing; is_one_sided becomes true for more
+    !> parameters where a contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
     real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
@@ -102,8 +102,8 @@ contains
     end do
   end function mode_displacement_change
 
-  !> Returns for each row the sum of the absolute values [length] of what q is the sum of: gaps term by term, and the part of each
-  !> body; for an anchor the forces term by term, times `scale`.
+  !> Returns for each row the sum of the absolute values [length] of the terms of q: the gap for each term of theta, and the part of
+  !> each body as one term. For an anchor these are its forces for each term of theta, times `scale`.
   function opening_terms(data, theta) result(terms)
     class(interpolated_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)

@@ -23,7 +23,8 @@ contains
   end function n_modes_of
 
   !> Computes the coordinates of the modes of all bodies under loads and contact forces, a bound of the residual of equilibrium, and
-  !> the size of the displacement. Requires: a model with modes (has_modes).
+  !> the size of the displacement. The coordinates of a body are zero if its reduced stiffness is not positive definite. Requires: a
+  !> model with modes (has_modes).
   subroutine solve_modes(data, theta, unknowns, coordinates, residual, field_size)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
@@ -56,7 +57,8 @@ contains
   end subroutine solve_modes
 
   !> Computes B u_r, by which all contacts close, and a factor b with K <= b K(mu_0) for all bodies. u_r is the displacement by
-  !> modes; the rigid motions of bodies that only contact holds are left out. Requires: a model with modes (has_modes).
+  !> modes; the rigid motions of bodies that only contact holds are left out. K(mu_0) is the stiffness for the moduli for which the
+  !> modes were made. Requires: a model with modes (has_modes).
   subroutine close_by_modes(data, theta, coordinates, closing, stiffest)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)

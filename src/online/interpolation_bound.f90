@@ -64,7 +64,8 @@ contains
     logical, intent(in) :: is_ratio_of_moduli
     !> whether the model is plane stress
     logical, intent(in) :: is_thin
-    !> x: coefficients of loads, of prescribed displacements, and [force] of contact forces, in the order of `residuals`
+    !> x, in the order of `residuals`: the driving terms theta for the loads, s theta for the prescribed displacements, and [force]
+    !> the contact forces times -1
     real(rk), contiguous, intent(in) :: coefficients(:)
     !> [length/force] W of the body at the point, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)

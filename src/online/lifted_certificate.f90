@@ -58,8 +58,9 @@ contains
     reach = factor / max(reach, tiny(factor))
   end function reach_of
 
-  !> Bounds the error of an answer's forces on all contacts. There is no bound if the forces are not a combination of snapshots and
-  !> of unit forces on the domain. The bound is huge if the forces do not balance the loads on bodies that only contact holds.
+  !> Bounds the error of an answer's forces on all contacts. There is no bound if the forces outside of the domain are not the
+  !> combination of the snapshots with these coefficients, except for rounding. The bound is huge if the forces do not balance the
+  !> loads on bodies that only contact holds.
   !> Requires: is_there.
   subroutine certify(self, cluster, coefficients, multipliers, answer)
     class(lifted_certificate_t), intent(in) :: self
@@ -96,7 +97,7 @@ contains
   real(rk) function size_of(cluster, multipliers, closing)
     type(hhr_data_t), intent(in) :: cluster
     real(rk), intent(in) :: multipliers(:)
-    !> [length] W lambda
+    !> [length] W lambda; the rigid motions that close the anchors are added here
     real(rk), intent(in) :: closing(:)
     real(rk) :: place(size(cluster%motion_closing, 2)), work
     logical :: is_singular

@@ -110,7 +110,7 @@ module sig_model
 contains
 
   !> Allocates with size 0 each text and array of the model and of its parts that is not allocated, except in `choice` and `fields`.
-  !> Missing contact sides have no nodes, and a missing set of terms has term 1 alone.
+  !> Missing contact sides have no nodes. A missing set of terms gets one term, the constant 1.
   pure subroutine complete_model(model)
     type(model_t), intent(inout) :: model
     integer :: i
@@ -170,7 +170,7 @@ contains
       n_points=size(model%training_points, 2))
   end function model_sizes
 
-  !> Returns the tag of the node on the first side that carries the force of contact k.
+  !> Returns the tag of the node on the first side that carries the force of contact k. Requires: self is the first side.
   pure integer function owner_tag(self, k)
     class(contact_side_t), intent(in) :: self
     !> number of the contact, 1-based

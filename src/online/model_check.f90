@@ -14,9 +14,10 @@ module sig_model_check
 
 contains
 
-  !> Returns the name of an array or group of the model file whose shape does not fit the others, or whose values a query cannot
-  !> use; empty when all fit. The name of an array of a part has the group of the part before it (`clusters/1/basis`). A model file
-  !> may come from anywhere, so every value that indexes an array or controls a loop is checked here once. Requires: complete_model.
+  !> Returns the name of the data of the model (an array, a number, a group of arrays) whose shape does not fit the others, or whose
+  !> values a query cannot use; empty when all fit. The name of an array of a part has the group of the part before it
+  !> (`clusters/1/basis`). A model file may come from anywhere, so every value that indexes an array or controls a loop is checked
+  !> here once. Requires: complete_model.
   pure function find_mismatch(model) result(name)
     type(model_t), intent(in) :: model
     character(:), allocatable :: name
@@ -90,7 +91,7 @@ contains
   end function find_contact_mismatch
 
   !> Whether each contact has a list of at least n_least nodes, the lists follow one another, and all nodes have finite weights and
-  !> coordinates.
+  !> coordinates. The tags may have any values.
   pure logical function is_side(side, n_least, n_multipliers, n_dim)
     type(contact_side_t), intent(in) :: side
     !> least number of nodes of each contact

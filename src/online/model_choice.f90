@@ -73,8 +73,8 @@ contains
     end if
   end function next_cluster
 
-  !> Whether the choice fits a model with these numbers: a grid of n_parameters parameters whose labels are existing clusters, or a
-  !> forest of exactly n_clusters clusters and n_parameters parameters. An empty choice fits one cluster.
+  !> Whether the choice fits a model with these numbers: a grid of n_parameters parameters with one label per cell, an existing
+  !> cluster, or a forest of exactly n_clusters clusters and n_parameters parameters. An empty choice fits one cluster.
   pure logical function fits(self, n_clusters, n_parameters)
     class(model_choice_t), intent(in) :: self
     integer, intent(in) :: n_clusters

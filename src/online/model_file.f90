@@ -24,7 +24,8 @@ contains
 
   !> Writes a model to the file `path`, which appears under its name only when it is complete; an older file is replaced then.
   !>
-  !> Errors: an array of the model does not fit the others (exit code exit_internal); the file cannot be written.
+  !> Arrays that are missing are written with size 0 (complete_model). One rank calls it. Errors: an array of the model does not fit
+  !> the others (exit code exit_internal); the file cannot be written.
   subroutine write_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(in) :: model
@@ -126,8 +127,8 @@ contains
   end subroutine write_validation
 
   !> Reads a model from the file `path`. Errors: there is no such file; it is not HDF5 or not a model, has another format version,
-  !> or was cut off or changed; a dataset is missing, or has another type or rank; a part has an unknown kind; arrays do not fit
-  !> together.
+  !> or was cut off or changed; a group of a cluster is missing; a dataset is missing, or has another type or rank; a part has an
+  !> unknown kind; arrays do not fit together.
   subroutine read_model(path, model, error)
     character(*), intent(in) :: path
     type(model_t), intent(out) :: model

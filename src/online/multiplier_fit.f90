@@ -86,7 +86,8 @@ contains
     if (self%is_bound_to_snapshots) call measure_outside(self, cluster)
   end subroutine prepare
 
-  !> Measures the forces of the snapshots outside of the domain and their work, which a balance needs.
+  !> Computes outside_size and outside_work, which `balance` needs: the Euclidean norm of each snapshot's forces outside of the
+  !> domain (1 if they are zero), and the work of these forces on each rigid motion, divided by this norm.
   subroutine measure_outside(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -169,8 +170,8 @@ contains
   !> the model lacks the data for openings (fill_openings).
   !>
   !> A contact with a force l and an opening w > 0 breaks the condition l w = 0. The pairs (l, 0) and (0, w) meet it. In the norm of
-  !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. Inside the
-  !> domain the condition holds exactly, so that this changes nothing there. Paper: all forces of the combination stay.
+  !> the fit, (a l)^2 + (b w)^2 with the scales a and b of its two blocks, (0, w) is the nearer one where a l <= b w. The values on
+  !> the rows of the domain do not matter, because `evaluate` replaces them. Paper: all forces of the combination stay.
   subroutine release(self, cluster, theta, coordinates, opening, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -187,8 +188,8 @@ contains
     where (self%multiplier_scale * multipliers <= self%displacement_scale * opening) multipliers = 0
   end subroutine release
 
-  !> Replaces the coefficients of the combination and the forces of the domain by the nearest ones that balance the loads. They stay
-  !> unchanged if there are no such values.
+  !> Replaces the coefficients of the combination and the forces of the domain by the nearest ones that balance the loads. In this
+  !> distance a coefficient counts times the outside_size of its snapshot. Both stay unchanged if there are no such values.
   subroutine balance(self, cluster, theta, coefficients, forces)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
