@@ -81,8 +81,9 @@ contains
     end do
   end subroutine create
 
-  !> Answers points(:, :n_points) by all threads and sets the components from multipliers to is_outside. After a signal the
-  !> points that no thread has begun are left out: their values keep what they had before.
+  !> Answers points(:, :n_points) by all threads and sets the components from multipliers to is_outside. The multipliers of a point
+  !> without an answer are 0. After a signal the points that no thread has begun are left out: their values keep what they had
+  !> before.
   subroutine answer_points(self)
     class(answer_block_t), intent(inout), target :: self
     type(answer_block_t), pointer :: whole
@@ -123,7 +124,8 @@ contains
     end associate
   end subroutine answer_share
 
-  !> Returns how many points each method has answered so far, in all blocks; entry 0 counts points without an answer.
+  !> Returns how many points each method has answered so far, in all blocks, at the index of its number (answer_t%method); counts(0)
+  !> is the number of points without an answer. Requires: create.
   pure function counts(self)
     class(answer_block_t), intent(in) :: self
     integer :: counts(0:n_answer_methods)
@@ -148,9 +150,10 @@ contains
       self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
-  !> Returns the head of the table, without a line end: the parameters, cluster, next_cluster (only with several clusters), status
-  !> and other columns of the answer, those of contact_columns, and lambda_<number>, the contact forces of the rows. The number is
-  !> that of the row's owner (its first node) in the mesh file. Commas stand between the columns.
+  !> Returns the head of the table, without a line end: the names of the parameters, cluster, next_cluster (only with several
+  !> clusters), status, solver, n_solutions, error_bound, displacement_bound, n_active, contact_force (the sum over all rows), those
+  !> of contact_columns, and lambda_<number>, the contact force of each row. The number is that of the row's owner (its first node)
+  !> in the mesh file. Commas stand between the columns.
   function table_header(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -169,7 +172,8 @@ contains
   end function table_header
 
   !> Returns the column names of each contact of the deck (`contact_<i>_...`), each after a comma: area, force (one per axis),
-  !> moment, and the sum of the moments of both sides (imbalance). A moment has one column in the plane and one per axis in space.
+  !> moment, and moment_imbalance, the sum of the moments of both sides. A moment has one column in the plane and one per axis in
+  !> space. A model from an older file, which does not name its contacts, has none of these columns.
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -203,7 +207,8 @@ contains
   end function contact_columns
 
   !> Returns the line of the table for point i of the block, 1-based, without a line end. Without an answer, status is the reason in
-  !> quotes, and n_active, the contact forces and the values of contact_values are `nan`. Requires: answer.
+  !> quotes, solver is `none`, and n_active, the contact forces and the values of contact_values are `nan`. Requires: answer has
+  !> answered the point.
   function line(self, i) result(text)
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i

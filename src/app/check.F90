@@ -29,12 +29,12 @@ module sig_check
 
 contains
 
-  !> Prints the effective deck, which is a valid deck itself, and the sizes as comments; with --fields also writes check.h5 and
-  !> check.xdmf, even after an error if supports and loads could be built. Warns if the tool that trains forests is missing and may
-  !> be needed. Collective on all ranks.
+  !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Warns if the tool that trains forests is
+  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error only these files are written,
+  !> and only if --at could be read and supports and loads could be built. Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: --at is no valid point; those of the loading of the problem, of build_points,
-  !> check_points and check_box; a file cannot be written.
+  !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_points,
+  !> check_points (also of the point of --fields) and check_box; a file cannot be written.
   subroutine check_deck(command, session, ierr)
     type(command_t), intent(in) :: command
     type(session_t), intent(inout) :: session
@@ -77,7 +77,7 @@ contains
     end if
   end subroutine check_deck
 
-  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: --at is no valid point.
+  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: those of parse_point.
   subroutine choose_shown(command, deck, shown, error)
     type(command_t), intent(in) :: command
     type(deck_config_t), intent(in) :: deck
@@ -94,8 +94,8 @@ contains
     end if
   end subroutine choose_shown
 
-  !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already, and logs their path and
-  !> boundary_text. Collective on all ranks. Errors are printed and set session%exit_code: the folder cannot be claimed; a file
+  !> Writes check.h5 and check.xdmf in the results folder, also if the session has failed already, and logs boundary_text, the path
+  !> and the point. Collective on all ranks. Errors are printed and set session%exit_code: the folder cannot be claimed; a file
   !> cannot be written.
   subroutine write_fields(point, session, ierr)
     !> shape (n_parameters)
@@ -137,8 +137,9 @@ contains
     text = text // new_line('a')
   end function boundary_text
 
-  !> Returns the comment lines below the deck, without a line end at their end: sizes, number of points, contacts, the condition
-  !> number of B (only if there are contact rows), the planned solver, notes and inert pairs.
+  !> Returns the comment lines below the deck, without a line end at their end: sizes, numbers of training points (or candidates)
+  !> and test points, contacts, the condition number of B (only if there are contact rows), the planned solver, notes and inert
+  !> pairs.
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

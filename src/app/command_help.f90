@@ -57,8 +57,9 @@ contains
     if (options(i)%commands /= '') text = text // ' (' // join(split(trim(options(i)%commands), ' '), ', ') // ')'
   end function summary_of_option
 
-  !> Returns a name and its meaning, in lines of at most text_width characters with line ends. The meaning stands behind the first
-  !> `column` characters of each line; behind a longer name it begins after one blank.
+  !> Returns a row of --help, with line ends: two blanks, the name, and the meaning, which fills lines of text_width characters and
+  !> begins behind the first `column` characters of each. Behind a name that is too long for this it begins after one blank, and the
+  !> first line may be longer. An empty name leaves blanks.
   pure function row(name, meaning, column) result(text)
     character(*), intent(in) :: name, meaning
     integer, intent(in) :: column
@@ -114,8 +115,9 @@ contains
     text = join(split(words, '-'), '\-')
   end function escaped
 
-  !> Returns a script for bash that completes commands, folders and files with the ending of the command's kind, its options, and
-  !> the files after --points, --output (*.csv) and --log.
+  !> Returns a script for bash. It completes the command; behind it folders, files with the ending that the command takes, and the
+  !> options of the command; after --points and --output folders and files *.csv, after --log folders and all files, and after --at
+  !> and --threads nothing.
   function bash_completion() result(text)
     character(:), allocatable :: text
     type(file_kind_t) :: kind

@@ -72,8 +72,8 @@ contains
     call check_command(command, error)
   end subroutine parse_command_line
 
-  !> Makes the error of a word too many. A blank between the parameters of --at causes one (`--at a=1, b=2`): then the hint says how
-  !> to write the point.
+  !> Makes the error of a word too many. If --at was given before and the word contains `=`, a blank probably stands between the
+  !> parameters (`--at a=1 b=2`): the hint then joins the value of --at and the word by a comma.
   subroutine refuse_word(word, command, error)
     character(*), intent(in) :: word
     type(command_t), intent(in) :: command
@@ -209,10 +209,11 @@ contains
       return
     end do
     if (command%name == 'predict' .and. ((command%at == '') .eqv. (command%points == ''))) then
-      call make_error(error, 'predict needs one of --at and --points, and not both', hint='for example: signorom predict ' // &
-        command%file // ' --at squeeze=0.2')
+      call make_error(error, 'predict needs one of --at and --points, and not both', hint='give a value to each parameter ' // &
+        '(--at a=1,b=2) or name a file of points (--points points.csv); signorom describe ' // command%file // &
+        ' names the parameters')
     else if (file_kinds(file_kind_of(command%name))%name /= 'DECK' .and. command%petsc_options /= '') then
-      call make_error(error, command%name // ' works without PETSc and takes no option of it:' // command%petsc_options)
+      call make_error(error, command%name // ' works without PETSc and takes no option with one hyphen:' // command%petsc_options)
     else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
       call make_error(error, 'check takes --at only together with --fields')
     end if

@@ -90,7 +90,8 @@ module sig_command_table
 
 contains
 
-  !> Returns the position in file_kinds of the kind of file that the command works on; 0 for a word that is no command.
+  !> Returns the position in file_kinds of the kind of file that the command works on; 0 for any other
+  !> word, also for help and version.
   pure integer function file_kind_of(command) result(i_kind)
     character(*), intent(in) :: command
     integer :: i
@@ -120,7 +121,8 @@ contains
     end do
   end function command_words
 
-  !> Returns the names of all options; with `command`, of those that may be given with it. Options of PETSc are not among them.
+  !> Returns the names of all options, such as `--at`; with `command`, of those that may be given with it. The short form -h and the
+  !> options of PETSc are not among them.
   function option_words(command) result(words)
     character(*), intent(in), optional :: command
     type(string_t), allocatable :: words(:)

@@ -31,8 +31,8 @@ module sig_commands
 
 contains
 
-  !> Runs the command that the arguments name. Errors are printed and give the exit code, and so does output that could not be
-  !> written. Collective on all ranks, which all get the same exit code.
+  !> Runs the command that the arguments name. Errors are printed and give the exit code. Output that could not be written is an
+  !> error, too, but an exit code other than 0 of the command stays. Collective on all ranks, which all get the same exit code.
   subroutine run_command(arguments, exit_code, ierr)
     !> without the name of the program
     type(string_t), intent(in) :: arguments(:)
@@ -106,7 +106,8 @@ contains
   end subroutine run_on_deck
 
   !> Runs the stage of the command (that of solve is fields), or all stages for run: sample, train, validate (if the deck has a test
-  !> section), fields. Stops at the first stage that fails or is stopped by a signal. Errors are printed and set session%exit_code:
+  !> section), fields. Stops at the first stage that has an error or is stopped by a signal, but not after points that did not
+  !> converge. Errors are printed and set session%exit_code:
   !> --at is no valid point; for train and run, the deck may need the tool that trains forests, which is missing (for sample this is
   !> a warning); those of the stages. Collective on all ranks.
   subroutine run_stages(command, session, ierr)

@@ -77,7 +77,8 @@ contains
     end do
   end function material_section
 
-  !> Returns the section of boundaries: those of the mesh as comments, a support per body and a load, with places to fill in.
+  !> Returns the sections boundary_conditions and loads: the boundaries of the mesh as comments, a support per body, and one load,
+  !> with places to fill in.
   function boundary_section(mesh) result(text)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: text
@@ -147,8 +148,8 @@ contains
     end do
   end function contact_section
 
-  !> Returns `, direction: [0, 1]` for a curved surface on a flat one, whose normal is the right one however far the bodies move;
-  !> otherwise empty.
+  !> Returns `, direction: [0.0, 1.0]`, the direction that points into the second surface, if this surface is flat and the first one
+  !> is curved: it stays right however far the bodies move. Otherwise empty.
   pure function direction_of(pair, n_dim) result(text)
     type(facing_groups_t), intent(in) :: pair
     integer, intent(in) :: n_dim

@@ -41,8 +41,8 @@ contains
     exit_code = error%exit_code
   end subroutine init_deck
 
-  !> Writes the deck beside the mesh, with the name of the mesh and the ending .yaml. Errors: those of read_mesh; the deck exists
-  !> already or cannot be written.
+  !> Writes the deck beside the mesh, with the name of the mesh and the ending .yaml, and logs its path and the numbers of regions
+  !> and guessed contacts. Errors: those of read_mesh; the deck exists already or cannot be written.
   subroutine write_draft(mesh_path, error)
     character(*), intent(in) :: mesh_path
     type(error_t), allocatable, intent(out) :: error

@@ -120,7 +120,7 @@ contains
   end subroutine predict_points
 
   !> Reads the next points of --points into the block and checks them by check_box; block%n_points is 0 at the end and always with
-  !> --at. Errors: a line of the file is no point; that of check_box.
+  !> --at. Errors: those of point_list_t%next, for example a line that is no point; that of check_box.
   subroutine next_block(command, list, block, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -151,8 +151,9 @@ contains
 
   !> Answers one block of points after the other, and writes the head of the table and the lines in the order of the points; adds
   !> the fields of each point if they are wanted. The memory does not depend on the number of points, and the order of the lines
-  !> does not depend on the number of threads. Warns of points outside of the trained box and of points with several solutions.
-  !> Errors: those of next_block; the table cannot be written.
+  !> does not depend on the number of threads. Warns at once of the first point outside of the trained box, and at the end of the
+  !> number of these points (if there are several) and of points with several solutions. Errors: those of next_block; the table
+  !> cannot be written.
   subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
@@ -160,7 +161,7 @@ contains
     type(answer_block_t), intent(inout) :: block
     type(output_stream_t), intent(inout) :: table
     type(predicted_fields_t), intent(inout) :: fields
-    !> a signal came before the last line was written; some lines are missing
+    !> a signal came before the end; the lines of the last points may be missing
     logical, intent(out) :: is_stopped
     type(error_t), allocatable, intent(out) :: error
     integer :: i, n_outside
@@ -236,13 +237,13 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Logs the path of fields.xdmf and how many points have fields, and warns of points without fields, if there are any.
+  !> Logs the path of fields.xdmf and how many points have fields, if any has; warns of points without fields, if there are any.
   subroutine report_fields(command, fields)
     type(command_t), intent(in) :: command
     type(predicted_fields_t), intent(in) :: fields
 
     if (fields%n_left_out > 0) call log_warning('no fields for ' // counted(fields%n_left_out, 'point') // &
-      ': there is no answer, or an elastic constant or an imposed strain is not finite')
+      ': there is no answer, or Hooke''s law or an imposed strain is not finite')
     if (fields%n_written > 0) call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // &
       fields_folder(command%file, command%output) // '/fields.xdmf')
   end subroutine report_fields

@@ -76,8 +76,8 @@ contains
     if (.not. allocated(error)) call self%writer%create(online%model, everything, folder, error)
   end subroutine create
 
-  !> Adds the fields of a point. A point without an answer, or where an elastic constant or an imposed strain is not finite, has
-  !> none and is counted in n_left_out. Does nothing without create.
+  !> Adds the fields of a point. A point without an answer, or where Hooke's matrix or an imposed strain is not finite, has none and
+  !> is counted in n_left_out. Does nothing without create.
   subroutine add(self, point)
     class(predicted_fields_t), intent(inout) :: self
     !> shape (n_parameters)

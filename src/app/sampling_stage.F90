@@ -56,7 +56,7 @@ contains
   end subroutine sample_stage
 
   !> Solves the candidates of clusters.target, at which the errors of local models are measured, and writes candidates.h5.
-  !> Collective on all ranks. Errors are printed and set session%exit_code: those of sample.
+  !> Collective on all ranks. Errors are printed and set session%exit_code: those of sample. Other exit codes as in sample_stage.
   subroutine sample_candidates(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -71,7 +71,7 @@ contains
   end subroutine sample_candidates
 
   !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
-  !> converge (with a warning). Warns as rotation_warning.
+  !> converge (with a warning). Without an error or a signal it also warns if rotation_warning has a text.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -86,7 +86,7 @@ contains
     else
       if (outcome%n_failed > 0) then
         call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; the same command tries only these ' // &
-          'again: change the section solver first, for example max_iterations or type')
+          'again: change the section solver first, for example max_iterations or type; solve --at says why a point fails')
         session%exit_code = exit_not_converged
       end if
       if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))
@@ -94,8 +94,8 @@ contains
     end if
   end subroutine tell_sampled
 
-  !> Returns `sampled 31 points (12 were there): `, also with the number of stiffnesses in the brackets if the stiffness depends on
-  !> the parameters, and behind them with what a greedy selection did.
+  !> Returns `sampled 31 points (12 were there): `. If the stiffness depends on the parameters, the brackets also contain the number
+  !> of stiffnesses. With a greedy selection, what it did stands behind the brackets.
   pure function sampled_text(session, outcome, selection) result(text)
     type(session_t), intent(in) :: session
     type(sampling_result_t), intent(in) :: outcome

@@ -164,8 +164,9 @@ contains
     PetscCall(unused_petsc_options(options, ierr))
     do i = 1, size(options)
       if (is_for_another_command(options(i)%text, command, self%deck%solver%type)) cycle
-      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used; the results were written without it', &
-        hint='check its name; solver.type condensed reads -fom_, active_set -active_set_, snesvi -vi_; train reads -pod_')
+      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used: it has no effect', &
+        hint='check its name (options of signorom begin with two hyphens); solver.type condensed reads -fom_, ' // &
+        'active_set -active_set_, snesvi -vi_; train reads -pod_')
       call self%fail(error)
     end do
   end subroutine close

@@ -71,7 +71,8 @@ contains
   !>
   !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of read_snapshots
   !> and build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and the
-  !> exit code is that of "not converged". A signal before the training or during a refinement ends the stage without a new model.
+  !> exit code is that of "not converged". A signal before the training, during a refinement or while a forest is trained ends the
+  !> stage without a new model.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -185,10 +186,10 @@ contains
   !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.
   !> Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no test points; a point is not valid; those of the loading of the
-  !> problem, of read_own_model and of validate; a file cannot be written. The exit code is that of "not converged" if a point has
-  !> no full-order solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal nothing is
-  !> written.
+  !> Errors are printed and set session%exit_code: the deck has no test section; those of build_points, of the loading of the
+  !> problem, of check_points, read_own_model and validate; a file cannot be written. The exit code is that of "not converged" if a
+  !> point has no full-order solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal
+  !> nothing is written.
   subroutine validate_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -329,11 +330,12 @@ contains
     if (allocated(error)) return
     if (model%provenance /= problem%provenance .or. .not. has_sizes_of(problem, model)) call make_error(error, &
       'the model was trained for another deck or mesh', model_path(session), &
-      hint='train it again, or choose another output.directory')
+      hint='sample and train again, or choose another output.directory')
     if (allocated(error)) return
     setting = differing_setting(session%deck, model%deck_text)
     if (setting /= '') call make_error(error, 'the model was trained with other settings; the deck now has ''' // setting // '''', &
-      model_path(session), hint='train it again: signorom train ' // session%deck%path)
+      model_path(session), hint='make it again: first signorom sample ' // session%deck%path // ', then signorom train ' // &
+      session%deck%path)
   end subroutine read_own_model
 
   !> Whether the model has the problem's dimension and numbers of nodes, contact rows, terms and parameters, and the cells of its

@@ -43,8 +43,8 @@ module sig_errors
 
 contains
 
-  !> Allocates and fills an error; the caller returns right afterwards. Texts are empty and places 0 if they are not given; the exit
-  !> code is exit_user by default.
+  !> Allocates and fills an error; the caller returns right afterwards. File and hint are empty, and line and column 0, if they are
+  !> not given; the exit code is exit_user (2) by default.
   pure subroutine make_error(error, message, file, line, column, hint, exit_code)
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: message

@@ -39,8 +39,9 @@ contains
     n_status_columns = 0
   end subroutine start_log
 
-  !> Opens a log file, or creates it if it is absent, and appends to it. From now on the file gets every line of this rank with the
-  !> date, also where the terminal is quiet. A process has one log file. Local.
+  !> Opens a log file, or creates it if it is absent, and appends to it. From now on the file gets each text that this rank gives to
+  !> the procedures log_..., with the date before its first line, also where the terminal is quiet. A process has one log file.
+  !> Local.
   !>
   !> Errors: the file cannot be opened for writing.
   subroutine log_to_file(path, error)

@@ -10,8 +10,9 @@ module sig_shell
 contains
 
   !> Runs a command by the shell, waits for it and returns its exit code: 128 + number if a signal ended it, 127 if the shell
-  !> or the program could not be started. Unlike with execute_command_line, SIGINT and SIGTERM (sig_signals) also stop the command;
-  !> after such a signal a new command is ended as soon as it starts.
+  !> or the program could not be started. If SIGINT or SIGTERM comes to this process (sig_signals), the shell gets SIGTERM; begin
+  !> the command with `exec`, so that its program takes the place of the shell and gets the signal. After such a signal a new
+  !> command is ended as soon as it starts.
   integer function run_shell(command)
     character(*), intent(in) :: command
 

@@ -76,7 +76,7 @@ contains
   !> Sorts numbers, ascending, by Shell's method. Equal numbers may change their order. Requires: no NaN.
   pure subroutine sort(values, order)
     real(rk), intent(inout) :: values(:)
-    !> is put in the same order as the values; shape (size(values))
+    !> numbers that move together with the values; shape (size(values))
     integer, intent(inout), optional :: order(:)
     real(rk) :: value
     integer :: gap, i, j, number

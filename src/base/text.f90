@@ -280,7 +280,7 @@ contains
   end function split
 
   !> Reads a decimal number such as `-1.5e-3`, `2` or `.5`; only blanks may stand around it. Not valid: nan, inf, overflow,
-  !> Fortran's own forms (`1d0`, `2*3`, `1,`).
+  !> Fortran's own forms (`1d0`, `2*3`, `1,`). A number too small for its type becomes 0 and is valid.
   pure subroutine read_real(text, value, is_valid)
     character(*), intent(in) :: text
     !> zero when not valid
@@ -377,7 +377,7 @@ contains
     end do
   end function did_you_mean
 
-  !> Returns the fewest edits that turn one word into the other: insert, delete or replace a letter, or swap two, none twice.
+  !> Returns the fewest edits between two words: insert, delete or replace a letter, or swap two neighbors; no letter twice.
   pure integer function edit_distance(first, second) result(distance)
     character(*), intent(in) :: first
     character(*), intent(in) :: second

@@ -12,8 +12,8 @@ module sig_ties
 
 contains
 
-  !> Returns the lowest index of the largest values. Values that differ by at most 1e-8 relative count as equal. If no value is a
-  !> number, returns the last index.
+  !> Returns the lowest index of the largest values. Values that differ by at most 1e-8 relative count as equal. NaN values do not
+  !> count; if all are NaN, returns the last index.
   !> Requires: at least one value, and a largest value >= 0.
   pure integer function first_largest(values) result(i_first)
     real(rk), intent(in) :: values(:)
