@@ -49,8 +49,8 @@ contains
       if (n_sealed == 0) then
         call make_error(error, 'the file is cut off: it ends within its head', file=path, hint=again)
       else if (n_found < n_sealed) then
-        call make_error(error, 'the file is cut off: ' // to_text(n_found) // ' of ' // to_text(n_sealed) // ' bytes are there', &
-          file=path, hint=again)
+        call make_error(error, 'the file is cut off: behind its head ' // to_text(n_found) // ' of ' // to_text(n_sealed) // &
+          ' bytes are there', file=path, hint=again)
       else
         call make_error(error, 'the file is longer than it was when it was written', file=path, hint=again)
       end if

@@ -109,8 +109,8 @@ contains
   end subroutine check_text
 
   !> Writes or replaces a file as a whole: a reader sees the old or the new text, also after a crash. If the path is a symbolic
-  !> link, the file to which it leads is replaced. The new file has the permissions of the old one. A device or a pipe is written to
-  !> directly. Errors: the system refuses it.
+  !> link, the file to which it leads is replaced. The new file has the permissions of the old one, if there is one. A device or a
+  !> pipe is written to directly; an empty path is the standard output. Errors: the system refuses it; the path is a folder.
   subroutine write_text_file(path, text, error)
     character(*), intent(in) :: path
     character(*), intent(in) :: text
@@ -135,8 +135,8 @@ contains
 
   !> Locks a folder for this process, so that two runs do not write into it at once.
   !>
-  !> Requires: the folder exists. Errors: another lock holds it, of any process; its file .lock is a link or not a plain file; the
-  !> system refuses to open or lock this file. Then `lock` holds nothing.
+  !> Requires: the folder exists. Errors: another lock holds it, of any process; its file .lock is a link, has a second name
+  !> (hard link) or is no plain file; the system refuses to open or lock this file. Then `lock` holds nothing.
   subroutine lock_directory(path, lock, error)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
@@ -194,7 +194,8 @@ contains
     if (len(packed) > 0) names = split(packed(:len(packed) - 1), achar(0))
   end function list_files
 
-  !> Returns the folder of a path without the last slash: `a/b.yaml` -> `a`, `b.yaml` -> `.`, `/b` -> `/`.
+  !> Returns the folder of a path, that is, what stands before its last slash: `a/b.yaml` -> `a`, `b.yaml` -> `.`, `/b` -> `/`,
+  !> `a/` -> `a`.
   pure function directory_of(path) result(folder)
     character(*), intent(in) :: path
     character(:), allocatable :: folder

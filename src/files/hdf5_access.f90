@@ -47,8 +47,8 @@ contains
       call make_error(error, 'cannot create the HDF5 file; check that the folder exists and that you may write there', file=path)
   end subroutine create_hdf5
 
-  !> Opens a file for reading. Errors: no such file, a folder, not HDF5, cut off or damaged, in use by a writer.
-  !> Then the handle is null.
+  !> Opens a file for reading. Errors: no such file, a folder, not HDF5, cut off or damaged, with a superblock of another version
+  !> than 0, in use by a writer. Then the handle is null.
   subroutine open_hdf5(path, handle, error)
     character(*), intent(in) :: path
     type(c_ptr), intent(out) :: handle
@@ -65,9 +65,11 @@ contains
       case (not_hdf5)
         call make_error(error, 'this is not an HDF5 file, or it cannot be read', file=path)
       case (damaged)
-        call make_error(error, 'the HDF5 file is cut off or damaged', file=path, hint='make it again')
+        call make_error(error, 'the HDF5 file is cut off or damaged, or has a newer layout of HDF5 than is read here', file=path, &
+          hint='make it again; with h5py take libver=''earliest''')
       case (locked)
-        call make_error(error, 'another program has the HDF5 file open for writing', file=path)
+        call make_error(error, 'the HDF5 file cannot be locked: another program has it open for writing, or the file system ' // &
+          'has no locks', file=path, hint='wait until the other program ends; without locks set HDF5_USE_FILE_LOCKING=FALSE')
       case default
         call make_error(error, 'cannot read the HDF5 file', file=path)
       end select
@@ -168,9 +170,9 @@ contains
       'already', file=path)
   end subroutine report_write
 
-  !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing, has another type or rank, is larger
-  !> than the file can hold, is damaged, or its values are not in the file itself in one piece. Then the shape is `rank` zeros, or
-  !> empty if the rank is -1.
+  !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing or a group, has another type or
+  !> rank, is larger than the file can hold, is damaged, is a link, or its values are not in the file itself in one piece. Then the
+  !> shape is `rank` zeros, or empty if the rank is -1.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -286,8 +288,8 @@ contains
     if (status /= 0) call report_read(path, address, status, error)
   end subroutine read_columns
 
-  !> Reads texts; a scalar text gives a list of one text. Errors: missing, not texts, damaged, a link, or too many reads as with
-  !> read_array. Then the list is empty.
+  !> Reads texts of any rank as a list, in the order of the file; a scalar text gives a list of one text. Errors: those of
+  !> read_array, and values that are no texts. Then the list is empty.
   subroutine read_texts(handle, path, address, texts, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

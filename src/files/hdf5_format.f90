@@ -56,8 +56,8 @@ contains
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 
-  !> Checks format and version of an open file. Does nothing if there is an error already. Errors: no format or another one, or a
-  !> version that this program does not read.
+  !> Checks format and version of an open file. If there is an error already, only sets version = 0. Errors: no format or another
+  !> one; a version that this program does not read; one of these attributes cannot be read.
   subroutine check_format(file, path, name, versions, hint, version, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages

@@ -49,8 +49,8 @@ module sig_hdf5_reader
 
 contains
 
-  !> Opens a file for reading, and closes the one that is open. Errors: no such file, a folder, not HDF5, cut off or damaged, open
-  !> for writing in another program.
+  !> Opens a file for reading, after it has closed the one that is open. Errors: those of open_hdf5 (no such file, a folder, not
+  !> HDF5, cut off or damaged, ...). Then no file is open.
   subroutine open_file(self, path, error)
     class(h5_reader_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -61,8 +61,8 @@ contains
     call open_hdf5(path, self%handle, error)
   end subroutine open_file
 
-  !> Opens a file from its bytes in memory, which are copied, and closes the one that is open. Errors: the bytes are not an HDF5
-  !> file, or memory is not enough.
+  !> Opens a file from its bytes in memory, which are copied, after it has closed the one that is open. Errors: the bytes are not an
+  !> HDF5 file, or memory is not enough. Then no file is open.
   subroutine open_image(self, bytes, error)
     class(h5_reader_t), intent(inout) :: self
     character(1), intent(in) :: bytes(:)
@@ -101,7 +101,8 @@ contains
     if (c_associated(self%handle)) has = sig_h5_has(self%handle, name, len(name, c_size_t)) == 1
   end function has
 
-  !> Whether a group or dataset has an attribute of this name.
+  !> Whether a group or dataset has an attribute of this name. True, too, where the object is a link or damaged; false if no file is
+  !> open.
   logical function has_attribute(self, object, name)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: object
@@ -110,8 +111,8 @@ contains
     has_attribute = self%has(object // '@' // name)
   end function has_attribute
 
-  !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing: n if all exist. So a
-  !> caller can check an n that it has read from a file.
+  !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing: n if all exist, 0 for
+  !> n < 0. Whatever `has` finds counts as a group. So a caller can check an n that it has read from a file.
   integer function count_groups(self, name, n) result(n_found)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -123,7 +124,8 @@ contains
     n_found = max(n, 0)
   end function count_groups
 
-  !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error. Errors: as read.
+  !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error, also an earlier one.
+  !> Errors: as read.
   subroutine get_shape(self, name, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name
@@ -144,7 +146,7 @@ contains
     integer, intent(in) :: last
     !> columns, 1-based, in any order
     integer, intent(in) :: columns(:)
-    !> shape (last - first + 1, size(columns))
+    !> shape (max(0, last - first + 1), size(columns))
     real(rk), allocatable, intent(out) :: values(:, :)
     type(error_t), allocatable, intent(inout) :: error
     integer, allocatable :: n(:)
@@ -160,7 +162,8 @@ contains
     end do
   end subroutine read_block
 
-  !> Returns the last index of the consecutive numbers that start at index i.
+  !> Returns the last index of the run that starts at index i: each of its numbers is the one before plus 1. Requires: i is an index
+  !> of the numbers.
   pure integer function end_of_run(numbers, i) result(i_end)
     integer, intent(in) :: numbers(:)
     integer, intent(in) :: i
@@ -330,7 +333,8 @@ contains
     call get_texts(self, object // '@' // name, 1, value, error)
   end subroutine read_text_1_attribute
 
-  !> Returns the shape of an array that is to be read; zeros after an error, also an earlier one. Errors: as read; no file is open.
+  !> Returns the shape of an array that is to be read. After an error, also an earlier one, it is `rank` zeros, or empty if the rank
+  !> is -1. Arguments and errors: those of find_shape; no file is open.
   subroutine shape_for(self, address, type, rank, shape, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: address

@@ -52,7 +52,8 @@ module sig_hdf5_writer
 contains
 
   !> Starts a new file, and discards the one that is not closed. If the path is a symbolic link, the file to which it leads is
-  !> replaced by close. Errors: no such folder, no right to write there, the path is a folder, a device or a pipe.
+  !> replaced by close. Errors: no such folder, no right to write there, the path is a folder, a device, a pipe, in /proc or a
+  !> circle of links. Then no file is open.
   subroutine create(self, path, error, is_sealed)
     class(h5_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
@@ -68,8 +69,9 @@ contains
       call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
-  !> Closes the file. If no write failed, the file is written to the disk and gets its seal and its name; otherwise it is removed.
-  !> Does nothing if no file is open. Errors: the first failure since create; the file cannot be completed.
+  !> Closes the file. If no write failed, the file is written to the disk and gets its seal, if `create` was told so, and then
+  !> its name. Otherwise it is removed, and an older file of this name stays. Does nothing if no file is open. Errors: the first
+  !> failure since create; the file cannot be completed.
   subroutine close_file(self, error)
     class(h5_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

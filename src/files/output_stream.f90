@@ -26,7 +26,8 @@ module sig_output_stream
 
 contains
 
-  !> Opens a stream. Errors: no right to write there, no such folder, the path is a folder. Then the stream is not open.
+  !> Opens a stream. Requires: it is not open. Errors: no right to write there, no such folder, the path is a folder or a circle of
+  !> links. Then the stream is not open.
   subroutine open_stream(self, path, error)
     class(output_stream_t), intent(inout) :: self
     !> empty: the standard output
@@ -53,9 +54,9 @@ contains
     if (code /= 0) call report(self, code, error)
   end subroutine write_line
 
-  !> Writes what is left and closes the stream. A file gets its name. After an error, also one of an earlier line, what was written
-  !> is removed, and an earlier file of this name stays. Does nothing if the stream is not open. Errors: something could not be
-  !> written, or the file cannot get its name.
+  !> Writes what is left and closes the stream. A file gets its name. After an error, also one of an earlier line, the new file is
+  !> removed, and an earlier file of this name stays; a device, a pipe or the standard output keeps what it got.
+  !> Does nothing if the stream is not open. Errors: something could not be written, or the file cannot get its name.
   subroutine close_stream(self, error, is_dropped)
     class(output_stream_t), intent(inout) :: self
     !> if it is allocated before, it stays as it is, and the new file is removed
