@@ -75,16 +75,17 @@ module sig_answer
 
 contains
 
-  !> Starts an answer of a cluster: `part` and `displacement_part` become the cluster, and the arrays hold zeros. All else gets its
-  !> default: no solution (reason_bad_point), no bounds. Arrays that have the right size are not allocated again.
+  !> Starts an answer of one part of the model: `cluster`, `part` and `displacement_part` become this part, and the arrays hold
+  !> zeros (is_active: false). All else gets its default: no solution (reason_bad_point), no bounds. Arrays that have the right size
+  !> are not allocated again.
   pure subroutine start(self, cluster, n_terms, n_modes, n_rows, n_multipliers)
     class(answer_t), intent(inout) :: self
-    !> part of the model, 1-based
+    !> part of the model, 1-based: a cluster or the fallback
     integer, intent(in) :: cluster
     integer, intent(in) :: n_terms
-    !> number of modes of the cluster
+    !> number of modes of this part
     integer, intent(in) :: n_modes
-    !> number of contact rows of the cluster
+    !> number of contact rows of this part
     integer, intent(in) :: n_rows
     integer, intent(in) :: n_multipliers
 
@@ -125,8 +126,8 @@ contains
     values = 0
   end subroutine resize
 
-  !> Takes reason and residual of a solved complementarity problem and the given method, and adds its number of iterations.
-  !> n_solutions becomes 1, or 0 without a solution. The forces are not taken.
+  !> Copies reason and residual of `solution`, sets the method, and adds the iterations of `solution` to n_iterations. n_solutions
+  !> becomes 1, or 0 without a solution (reason <= 0). The forces are not copied.
   pure subroutine take_solution(self, solution, method)
     class(answer_t), intent(inout) :: self
     type(lcp_solution_t), intent(in) :: solution
@@ -140,8 +141,8 @@ contains
     self%n_solutions = merge(1, 0, solution%reason > 0)
   end subroutine take_solution
 
-  !> Marks `multipliers` as known for all contacts (is_whole). If the contact rows of the cluster are all contacts, multipliers_rid
-  !> and is_active (force > 0) are set from them.
+  !> Marks `multipliers` as known for all contacts (is_whole). If multipliers_rid has the same size, the contact rows of the cluster
+  !> are all contacts: then multipliers_rid becomes a copy of `multipliers`, and is_active is true where the force is above 0.
   pure subroutine take_all_forces(self)
     class(answer_t), intent(inout) :: self
 
@@ -151,9 +152,9 @@ contains
     self%is_active = self%multipliers > 0
   end subroutine take_all_forces
 
-  !> Sets the bound and the relative bound, which is bound / size_of_answer. It is 0 for a bound of 0, and no_bound if
-  !> only size_of_answer is 0: no contact has a force, neither here nor in training, and nothing is there to compare with. Both are
-  !> huge if the bound is huge or not a number.
+  !> Sets the bound, and the relative bound = bound / size_of_answer. The relative bound is 0 if the bound is 0. Else it is no_bound
+  !> if size_of_answer is 0: no contact has a force, neither here nor in training, so nothing is there to compare with. Both are
+  !> huge if the given bound is huge or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]

@@ -52,10 +52,11 @@ contains
       variable_change(constants, changes, body%denominators > 0, body%is_logarithmic), self%weight_changes)
   end subroutine create
 
-  !> Computes the elastic constants of a body, or ratios of them, over which its responses are interpolated, and their changes, to
-  !> first order, for a change of the terms.
+  !> Computes the constants over which the responses of a body are interpolated, which are elastic constants or ratios of two of
+  !> them, never logarithms. Computes also their changes, to first order, for a change of the terms.
   pure subroutine find_constants(body, theta, theta_change, constants, changes)
     type(body_response_t), intent(in) :: body
+    !> values of the terms and their changes, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: theta_change(:)
     !> [-] shape (n_variables)
@@ -74,7 +75,8 @@ contains
     end do
   end subroutine find_constants
 
-  !> Adds the body's part of the change of W z + q for constant z. Rows of anchors are those of open anchors, and gaps are left out.
+  !> Adds to `opening` the body's part of the change of W z + q, where the terms change as given to create and z stays constant.
+  !> Rows of anchors are those of open anchors, and gaps are left out.
   subroutine add_opening(self, body, forces, opening)
     class(body_derivative_t), intent(in) :: self
     !> the body that create was called with
@@ -91,10 +93,10 @@ contains
     call add_prescribed(self, body%prescribed_opening, self%theta(:n_driving), self%theta_change(:n_driving), opening)
   end subroutine add_opening
 
-  !> Adds the change of (1/s) M x to y.
+  !> Adds the change of (1/s) M x to y, where M is interpolated, and s and the weights of the interpolation change as in `self`.
   subroutine add_change(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
-    !> M at the nodes, column by column; shape (size(y) * size(x), n_nodes)
+    !> M at the nodes of the interpolation, column by column; shape (size(y) * size(x), n_nodes)
     real(rk), contiguous, intent(in) :: columns(:, :)
     !> x and its change dx
     real(rk), intent(in) :: x(:)
@@ -105,7 +107,7 @@ contains
     call add_interpolated(columns, self%weights, (x_change - self%relative_change * x) / self%modulus_ratio, y)
   end subroutine add_change
 
-  !> Adds the change of M x to y, where M does not depend on s.
+  !> Adds the change of M x to y, where M is interpolated and does not depend on s.
   subroutine add_prescribed(self, columns, x, x_change, y)
     type(body_derivative_t), intent(in) :: self
     !> as for add_change
@@ -138,11 +140,12 @@ contains
   !> Gaps are left out.
   pure real(rk) function opening_of_row(self, body, forces, force_change, row) result(change)
     class(body_derivative_t), intent(in) :: self
+    !> the body that create was called with
     type(body_response_t), intent(in) :: body
     !> [force] z and dz, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: force_change(:)
-    !> 1-based
+    !> row among the multipliers, 1-based; of an anchor, it is that of the open anchor
     integer, intent(in) :: row
 
     change = change_of_row(self, size(forces), row, body%loaded_opening, body%prescribed_opening) + &
@@ -153,6 +156,7 @@ contains
   !> to create. Rigid motions of the anchors are left out.
   pure real(rk) function displacement_of(self, body, forces, force_change, i) result(change)
     class(body_derivative_t), intent(in) :: self
+    !> the body that create was called with
     type(body_response_t), intent(in) :: body
     !> [force] z and dz, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)

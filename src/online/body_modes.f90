@@ -79,7 +79,8 @@ contains
     moduli(2) = young_modulus / (2 * (1 + poisson_ratio))
   end function part_moduli
 
-  !> Returns k_q [-] at a point: bulk and shear modulus of each material in turn, over those at mu_0; shape (n_parts).
+  !> Returns k_q [-] at a point: bulk and shear modulus of each material in turn, divided by self%moduli, their values at the place
+  !> mu_0 for which the parts of the stiffness were computed; shape (n_parts).
   pure function part_ratios(self, theta) result(ratios)
     type(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -93,9 +94,9 @@ contains
     ratios = ratios / self%moduli
   end function part_ratios
 
-  !> Computes the coordinates a of the modes under loads and contact forces, a bound of the residual r of equilibrium, and u'K u of
-  !> the displacement u = L theta + Phi a. If the reduced stiffness is not positive definite, the coordinates are zero, and the
-  !> bound and u'K u are those of u = L theta.
+  !> Computes the coordinates a of the body's modes Phi under loads and contact forces. For the displacement u = L theta + Phi a,
+  !> with the liftings L of prescribed values, it also computes u'K u and a bound of the residual r of equilibrium. If the reduced
+  !> stiffness is not positive definite, the coordinates are zero, and the bound and u'K u are those of u = L theta.
   subroutine solve(self, theta, forces, coordinates, residual, energy)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -122,8 +123,8 @@ contains
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
 
-  !> Adds B u for u = L theta + Phi a: the length by which the body closes each contact row. Its rigid motion by anchors is left
-  !> out.
+  !> Adds B u to `closing`, for u = L theta + Phi a: the length by which the body closes each contact row. Its rigid motion by
+  !> anchors is left out.
   subroutine add_closing(self, theta, coordinates, closing)
     class(body_modes_t), intent(in) :: self
     !> values of the model's terms
@@ -145,7 +146,8 @@ contains
     stiffest = maxval(part_ratios(self, theta))
   end function stiffest
 
-  !> Solves Galerkin's equations for the coordinates of the modes. If their matrix is not positive definite, these are zero.
+  !> Solves Galerkin's equations for the coordinates of the modes. If the matrix of the equations is not positive definite, the
+  !> coordinates of the modes are zero.
   subroutine find_coordinates(self, n, stiffness, theta, forces, place, further)
     type(body_modes_t), intent(in) :: self
     !> number of liftings and modes
@@ -191,7 +193,7 @@ contains
     work = max(0.0_rk, dot_product(x, y))
   end function work_of
 
-  !> Returns an upper bound [sqrt(force*length)] of |r| in the norm of K^-1.
+  !> Returns an upper bound [sqrt(force*length)] of |r| in the norm of K^-1, where r is the residual of equilibrium of the body.
   real(rk) function size_of_residual(self, ratios, theta, forces, place) result(residual)
     type(body_modes_t), intent(in) :: self
     !> [-] k_q from part_ratios
@@ -199,7 +201,7 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
-    !> coordinates of liftings and modes
+    !> coordinates of liftings and modes, shape (n_lifted + n_modes)
     real(rk), intent(in) :: place(:)
     real(rk) :: coefficients(size(self%residuals, 2)), reduced(size(self%residuals, 1))
     integer :: i, n
@@ -252,9 +254,11 @@ contains
     end do
   end function displacement_of
 
-  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit.
+  !> Returns the name of an array of this type whose shape or values do not fit the model, one of them if there are several; empty
+  !> when all fit. Requires: the arrays are allocated.
   pure function mismatch(self, n_dofs, n_multipliers, n_terms) result(name)
     class(body_modes_t), intent(in) :: self
+    !> numbers of dofs, multipliers and terms of the model
     integer, intent(in) :: n_dofs, n_multipliers, n_terms
     character(:), allocatable :: name
     integer :: n_driving, n_parts

@@ -11,8 +11,8 @@ module sig_body_modes_derivative
 contains
 
   !> Computes the change da, to first order, of the coordinates of the modes for given changes of the terms and of the contact
-  !> forces, from K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta. da is zero if K_r is not positive
-  !> definite.
+  !> forces, from K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta with K_r = Phi'K Phi at the point. da is
+  !> zero if K_r is not positive definite.
   subroutine differentiate_modes(modes, theta, theta_change, coordinates, force_change, changes)
     type(body_modes_t), intent(in) :: modes
     !> values of the model's terms and their changes, shape (n_terms)
@@ -42,6 +42,7 @@ contains
   !> modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu), d ln(G)/d nu = -1/(1 + nu).
   pure function part_ratio_changes(modes, theta, theta_change) result(changes)
     type(body_modes_t), intent(in) :: modes
+    !> values of the model's terms and their changes, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     real(rk), intent(in) :: theta_change(:)
     real(rk) :: changes(size(modes%moduli))

@@ -65,7 +65,7 @@ module sig_body_response
 
 contains
 
-  !> Returns the common factor s [-] of all moduli of the body.
+  !> Returns s [-]: the body's modulus at a point (the term modulus_term), divided by its value in the responses (self%modulus).
   pure real(rk) function modulus_ratio(self, theta)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -74,7 +74,8 @@ contains
     modulus_ratio = theta(self%modulus_term) / self%modulus
   end function modulus_ratio
 
-  !> Computes the weight of each node of the interpolation at a point. Requires: nodes%prepare.
+  !> Computes the weight of each node of the interpolation at a point, inside or outside of the box of the nodes. Requires:
+  !> nodes%prepare.
   pure subroutine weights_at(self, theta, weights)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -85,7 +86,8 @@ contains
     call self%nodes%weights(self%variables_at(theta), weights)
   end subroutine weights_at
 
-  !> Returns the variables [-] of the interpolation at a point: the interpolated constants or their logarithms.
+  !> Returns the variables [-] of the interpolation at a point: the constants of constants_at or, if is_logarithmic, logarithms
+  !> made from them (to_variable of sig_interpolated_constants).
   pure function variables_at(self, theta) result(variables)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -95,7 +97,7 @@ contains
     variables = to_variable(constants_at(self, theta), self%denominators > 0, self%is_logarithmic)
   end function variables_at
 
-  !> Returns the interpolated constants [-] at a point.
+  !> Returns the constants [-] over which the responses are interpolated, at a point: elastic constants, or ratios of two of them.
   pure function constants_at(self, theta) result(constants)
     type(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -109,7 +111,7 @@ contains
     end do
   end function constants_at
 
-  !> Adds the body's part of W at a point; its rows of anchors are those of open anchors (sig_interpolated_data).
+  !> Adds the body's part of W at a point to `compliance`; its rows of anchors are those of open anchors (sig_interpolated_data).
   subroutine add_compliance(self, theta, compliance)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -122,7 +124,8 @@ contains
     call multiply(1 / self%modulus_ratio(theta), self%compliance, weights, 1.0_rk, compliance)
   end subroutine add_compliance
 
-  !> Adds the body's part of q at a point: the openings of the contacts by loads and prescribed displacements, without the gaps D.
+  !> Adds the body's part of q at a point to `opening`: the openings of the contacts by loads and prescribed displacements, without
+  !> the gaps D.
   subroutine add_opening(self, theta, opening)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -133,7 +136,8 @@ contains
     call add_driven(self, self%loaded_opening, self%prescribed_opening, theta, opening)
   end subroutine add_opening
 
-  !> Adds the displacement of the body's exact dofs, in the order of `own`. Rigid motions of the anchors are left out.
+  !> Adds to `field` the displacement of the body's exact dofs by loads, prescribed displacements and contact forces, in the order
+  !> of `own`. Rigid motions of the anchors are left out.
   subroutine add_field(self, theta, forces, field)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
@@ -150,7 +154,7 @@ contains
     call add_columns(size(field), responses, -forces, field)
   end subroutine add_field
 
-  !> Whether the responses of the body have an error bound; exact bodies have one, too.
+  !> Whether the responses of the body have an error bound. An exact body, which has no interpolated constants, has one, too.
   pure logical function has_bound(self)
     class(body_response_t), intent(in) :: self
 
@@ -158,7 +162,7 @@ contains
   end function has_bound
 
   !> Returns a bound [sqrt(force*length)] of the error that the interpolation of this body makes in the openings, in the norm of
-  !> the inverse of the body's own W; 0 for an exact body. Requires: has_bound, nodes%prepare.
+  !> the inverse of the body's own W; 0 for an exact body (without interpolated constants). Requires: has_bound, nodes%prepare.
   real(rk) function error_bound(self, theta, forces) result(bound)
     class(body_response_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -182,7 +186,8 @@ contains
   end function error_bound
 
   !> Returns two limits [-]: at a point, the stiffness of the body is at least the first and at most the second times the stiffness
-  !> for which the bound was made (s = 1, constant bound%place). Requires: has_bound.
+  !> for which the bound was made (s = 1, constant bound%place). For an exact body (without interpolated constants) both are s.
+  !> Requires: has_bound.
   pure function stiffness_limits(self, theta) result(limits)
     class(body_response_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
@@ -225,8 +230,8 @@ contains
       sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
   end function displacement_of
 
-  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta. loaded and prescribed are given as
-  !> `columns` of sum_of_row, and the other arguments are those of sum_of_row.
+  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta, the values of the model's terms.
+  !> loaded and prescribed are given as `columns` of sum_of_row; n, row and weights are those of sum_of_row.
   pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
     type(body_response_t), intent(in) :: self
     integer, intent(in) :: n
@@ -242,11 +247,11 @@ contains
     end associate
   end function value_of
 
-  !> Returns one row of an interpolated matrix times x.
+  !> Returns one component of M x, where the matrix M is interpolated: the sum over the nodes of weight times matrix.
   pure real(rk) function sum_of_row(n, row, columns, weights, x) result(total)
     !> number of rows of the matrix
     integer, intent(in) :: n
-    !> 1-based
+    !> row of M, 1-based
     integer, intent(in) :: row
     !> the matrix at each node of the interpolation, column by column; shape (n * size(x), n_nodes)
     real(rk), intent(in) :: columns(:, :)
@@ -291,7 +296,9 @@ contains
     call multiply(1.0_rk, a, x, 1.0_rk, y)
   end subroutine add_columns
 
-  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit.
+  !> Returns the name of an array of this type whose shape or values do not fit the model, one of them if there are several; empty
+  !> when all fit. The name `modulus` stands for modulus and modulus_term, and `lower`, `upper`, `nodes` and `residuals` for arrays
+  !> of the components nodes and bound. Of the values of the nodes themselves, nothing is checked.
   pure function mismatch(self, n_multipliers, n_terms, n_exact) result(name)
     class(body_response_t), intent(in) :: self
     !> numbers of multipliers, terms and exact dofs of the model

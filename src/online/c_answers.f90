@@ -28,14 +28,15 @@ module sig_c_answers
 
 contains
 
-  !> Whether the caller has given the size of its answers, or has no answer (null); otherwise the message of the context says how to
-  !> do this. The size must be at least first_size and less than too_large; a program with a newer header has larger answers. Size
-  !> 0, as in an answer filled with zeros, means the first version of the structure, with which every later version begins.
+  !> Whether the component `size` of the caller's answer is possible, or `answer` is null; otherwise the message of the context says
+  !> how to set the size. It must be 0, or at least first_size and less than too_large; a program with a newer header has larger
+  !> answers. Size 0, as in an answer filled with zeros, means the first version of the structure, with which every later version
+  !> begins.
   logical function has_size(handle, answer, n_bytes)
     type(context_handle_t), intent(inout) :: handle
-    !> the caller's answer, or null
+    !> the caller's answer, or the first of several, or null
     type(c_ptr), intent(in) :: answer
-    !> [bytes] size of the caller's structure; 0 for null
+    !> [bytes] size of one answer of the caller: first_size if `size` is 0; 0 for null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
 
@@ -46,11 +47,12 @@ contains
     n_bytes = told%size
     if (n_bytes == 0) n_bytes = first_size
     has_size = n_bytes >= first_size .and. n_bytes < too_large
-    if (.not. has_size) call keep(handle%message, 'the size of the answer is not set: signorom_answer answer = SIGNOROM_ANSWER;')
+    if (.not. has_size) call keep(handle%message, &
+      'the size of the answer, or of the first of several, is not set: signorom_answer answer = SIGNOROM_ANSWER;')
   end function has_size
 
-  !> Answers a point and keeps the answer in the context; fields and derivatives of earlier answers are dropped. code is code_ok or,
-  !> without an answer, no_answer; then the message of the context gives the reason.
+  !> Asks the model at a point and keeps the result in the context; the fields and derivatives of the answer before are dropped.
+  !> code is code_ok or, if the point has no answer, no_answer; then the message of the context gives the reason.
   subroutine ask(handle, point, code)
     type(context_handle_t), intent(inout) :: handle
     !> values of the parameters, shape (n_parameters)
@@ -68,7 +70,7 @@ contains
     call keep_reason(handle)
   end subroutine ask
 
-  !> Keeps the reason of the last answer as the message of the context.
+  !> Makes the text of the reason why the last point has no answer the message of the context.
   subroutine keep_reason(handle)
     type(context_handle_t), intent(inout) :: handle
     character(reason_length) :: text
@@ -77,7 +79,7 @@ contains
     call keep(handle%message, trim(text))
   end subroutine keep_reason
 
-  !> Writes the last answer of a context and its code to the caller's signorom_answer; the method is 0 without an answer.
+  !> Writes the last answer of a context, `code` and n_bytes to the caller's signorom_answer; the method is 0 without an answer.
   subroutine tell(handle, code, n_bytes, place)
     type(context_handle_t), intent(in) :: handle
     integer(c_int), intent(in) :: code

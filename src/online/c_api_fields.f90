@@ -58,10 +58,11 @@ contains
     end associate
   end function signorom_get_contact_facets
 
-  !> Returns the handle of a model that keeps its mesh. Otherwise it returns null: code = bad_argument if the model cannot answer,
-  !> no_answer if it keeps no mesh.
+  !> Returns the handle of a model that keeps its mesh. Otherwise it returns null: code = bad_argument if `model` is null or was not
+  !> opened successfully, no_answer if the model keeps no mesh.
   function model_with_mesh(model, code) result(handle)
     type(c_ptr), intent(in) :: model
+    !> code_ok unless the result is null
     integer(c_int), intent(out) :: code
     type(model_handle_t), pointer :: handle
 
@@ -130,6 +131,7 @@ contains
   !> no_answer if the model or the point gives no fields.
   function context_with_fields(context, code) result(handle)
     type(c_ptr), intent(in) :: context
+    !> code_ok unless the result is null
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
@@ -145,7 +147,8 @@ contains
     if (.not. handle%has_fields) then
       call handle%fields%evaluate(handle%model%online, handle%point, handle%answer, handle%has_fields)
       if (.not. handle%has_fields) then
-        call keep(handle%message, 'an elastic constant or an imposed strain has no finite value at this point')
+        call keep(handle%message, 'an elastic constant or an imposed strain has no finite value at this point, or Hooke''s ' // &
+          'matrix of a material is not finite')
         handle => null()
         return
       end if

@@ -47,6 +47,7 @@ contains
   function differentiated_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
+    !> code_ok unless the result is null
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 
@@ -68,7 +69,9 @@ contains
       call put_reals(reshape(handle%gradient%multipliers, [size(handle%gradient%multipliers)]), gradient)
   end function signorom_get_multiplier_gradient
 
-  !> Gives the derivatives of the resultants. Forces and moments are linear in the multipliers.
+  !> Gives the derivatives of the resultants with respect to each parameter, in arrays of the caller (shapes: signorom.h): the
+  !> resultants of the derivatives of the multipliers, as forces and moments are linear in these. code is code_ok, or bad_argument
+  !> as for differentiated_context; then nothing is written. An array that is null is such an error.
   integer(c_int) function signorom_get_resultant_gradient(context, forces, moments) result(code) bind(c)
     type(c_ptr), value :: context
     type(c_ptr), value :: forces, moments
@@ -119,7 +122,8 @@ contains
     code = code_ok
   end function signorom_get_displacement_gradient_at
 
-  !> Whether each of the nodes has a derivative of its displacement; otherwise the message of the context says that one has none.
+  !> Whether each of the nodes has a derivative of its displacement; otherwise the message of the context says that one has none. It
+  !> is false for any list, even an empty one, if another part than the one with the derivatives gives the displacement.
   logical function all_have_displacements(handle, nodes)
     type(context_handle_t), intent(inout) :: handle
     !> node numbers, 0-based
@@ -135,10 +139,11 @@ contains
       end do
     end associate
     if (.not. all_have_displacements) call keep(handle%message, &
-      'a node has no derivative of its displacement: see reduction.displacement of the deck')
+      'the displacement of a node has no derivative: see reduction.displacement of the deck, or ' // &
+      'reduction.max_full_order_size if the model is hyper-reduced')
   end function all_have_displacements
 
-  !> Returns the dofs of nodes, 1-based.
+  !> Returns the dofs of nodes, 1-based: those of the first node, then those of the second, and so on.
   pure function dofs_of(n_dim, nodes) result(dofs)
     integer, intent(in) :: n_dim
     !> node numbers, 0-based

@@ -70,7 +70,7 @@ contains
     if (is_fine) call ask_all(handle, n, points, given%answers, targets, ieee_value(1.0_rk, ieee_quiet_nan), code)
   end function signorom_query_arrays
 
-  !> Drops the last answer and keeps a message about wrong arguments.
+  !> Drops the last answer, and keeps the message that the number of points is negative, or the points or the arrays are null.
   subroutine refuse_points(handle)
     type(context_handle_t), intent(inout) :: handle
 
@@ -78,14 +78,16 @@ contains
     call keep(handle%message, 'the number of points is negative, or the points or the arrays are a null pointer')
   end subroutine refuse_points
 
-  !> Drops the last answer, and sets pointers to the caller's arrays. is_fine is false, and the message of the context says why, if
-  !> the size of the structure is not set, if only some of areas, forces and moments are given or multipliers are missing beside
-  !> them, or if `displacement` is given and the nodes are missing or out of range.
+  !> Drops the last answer, and sets pointers to those arrays of the caller that are given. is_fine is false, and the message of the
+  !> context says why, if the size of the structure is not set, if only some of areas, forces and moments are given or multipliers
+  !> are missing beside them, or if `displacement` is given and n_nodes is negative or the nodes are null or out of range.
   subroutine set_targets(handle, n, given, targets, is_fine)
     type(context_handle_t), intent(inout) :: handle
     !> number of points
     integer(c_int), intent(in) :: n
+    !> the structure of the caller
     type(c_arrays_t), intent(in) :: given
+    !> in: all pointers are null
     type(targets_t), intent(inout) :: targets
     logical, intent(out) :: is_fine
 
@@ -127,8 +129,10 @@ contains
       'give areas, forces and moments all or none, and only together with multipliers')
   end function are_consistent
 
-  !> Queries one point after the other, and fills `answers` and `targets`. code is code_ok; no_answer if a point has no answer (the
-  !> others are answered all the same); bad_argument, without any query, if there are points and the size of the answers is not set.
+  !> Queries one point after the other, and fills `answers` and `targets`. The context then has the answer of the last point, or
+  !> none if n is 0. code is code_ok; no_answer if a point has no answer (the others are answered all the same); bad_argument,
+  !> without any query, if there are points and the size of the answers is not set. Without code_ok the message of the context says
+  !> which of the two it is.
   subroutine ask_all(handle, n, points, answers, targets, blank, code)
     type(context_handle_t), intent(inout) :: handle
     !> number of points
@@ -162,7 +166,7 @@ contains
     code = code_ok
     if (n_failed == 0) return
     code = no_answer
-    call keep(handle%message, 'some of the points have no answer; the codes in `answers` say which')
+    call keep(handle%message, 'at least one of the points has no answer; the codes in `answers`, if this array is given, say which')
   end subroutine ask_all
 
   !> Writes forces, resultants and displacements of the last answer to those arrays of the caller that are given, at point i.

@@ -137,7 +137,7 @@ contains
     code = code_ok
   end function signorom_get_sizes
 
-  !> Whether a part of the model has exact displacements of all nodes.
+  !> Whether at least one part of the model, a cluster or the fallback, has exact displacements of all nodes.
   pure logical function has_exact_field(model)
     type(model_t), intent(in) :: model
     integer :: i, k

@@ -113,12 +113,13 @@ contains
     if (associated(handle)) call put_reals(handle%answer%coordinates, coordinates)
   end function signorom_get_coordinates
 
-  !> Returns the handle of a context whose last answer has displacements. Otherwise it returns null, and the message of the context
-  !> (unless `context` is null) says why: code = no_answer if the part that answered gives forces only, bad_argument without an
-  !> answer or if `array`, the array of the caller, is null.
+  !> Returns the handle of a context whose last answer has displacements, perhaps of some nodes only. Otherwise it returns null, and
+  !> the message of the context (unless `context` is null) says why: code = no_answer if the answer has forces only, bad_argument
+  !> without an answer or if `array`, the array of the caller, is null.
   function displaced_context(context, array, code) result(handle)
     type(c_ptr), intent(in) :: context
     type(c_ptr), intent(in) :: array
+    !> code_ok unless the result is null
     integer(c_int), intent(out) :: code
     type(context_handle_t), pointer :: handle
 

@@ -61,7 +61,7 @@ module sig_c_handles
 
 contains
 
-  !> Keeps a copy of a text for C, with a null at its end. Pointers to the text before are no longer valid.
+  !> Keeps a copy of `value` for C in `text`, with a null character at its end. Pointers to the former text are no longer valid.
   subroutine keep(text, value)
     type(c_text_t), intent(inout) :: text
     character(*), intent(in) :: value
@@ -75,7 +75,7 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
-  !> Returns a pointer to a text of a list, with a null at its end; null if there is no such text.
+  !> Returns a pointer to text i of a list, which ends with a null character; a null pointer if i is out of range.
   function text_at(texts, i) result(text)
     type(c_text_t), target, intent(in) :: texts(:)
     !> counted from 0
@@ -130,13 +130,14 @@ contains
     if (handle%has_answer) then
       call keep(handle%message, 'the array for the answer is a null pointer')
     else
-      call keep(handle%message, 'there is no answer: no point was asked, or the last point has no answer')
+      call keep(handle%message, 'there is no answer: no point was asked, or the last query had no answer or was refused')
     end if
     handle => null()
   end function answered_context
 
-  !> Returns the numbers of the nodes that the caller chose, 0-based; it copies nothing. With n = 0 the result is empty. It is null
-  !> if n is negative, `nodes` is null (also with n = 0) or a number is out of range; then the message of the context says so.
+  !> Returns a pointer to the numbers of the nodes that the caller chose, 0-based, in the caller's memory. With n = 0 the result has
+  !> no elements. It is null if n is negative, `nodes` is null (also with n = 0) or a number is out of range; then the message of
+  !> the context says so.
   function chosen_nodes(handle, n, nodes) result(chosen)
     type(context_handle_t), intent(inout) :: handle
     !> number of chosen nodes

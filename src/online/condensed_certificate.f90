@@ -97,9 +97,10 @@ contains
     if (self%bodies%are_balanced(free_opening, multipliers)) call self%bodies%release(opening(self%free_rows), multipliers)
   end subroutine correct
 
-  !> Bounds |lambda_r - lambda| in the norm of W, by sig_contact_error_bound; it equals |u(lambda_r) - u| in the norm of K. With
-  !> anchors the norm is that of the elastic parts of the displacements, with closed anchors. Foreign forces (not is_own) that do
-  !> not balance the loads on bodies that only contact holds get the bound huge. Requires: is_valid.
+  !> Bounds the error |lambda_r - lambda| of `multipliers` in the norm of W, by sig_contact_error_bound. This error equals
+  !> |u(lambda_r) - u| in the norm of K; with anchors, the rows of the anchors do not count, and u is the elastic part of the
+  !> displacement, with closed anchors. If there are anchors, foreign forces (not is_own) that do not balance the loads on the
+  !> bodies that only contact holds get the bound huge. Requires: is_valid.
   subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> the data that create was called with
@@ -132,7 +133,8 @@ contains
     end if
   end subroutine certify
 
-  !> Computes q and w = W z + q for forces that another part found, with closed anchors (z is 0 there).
+  !> Computes q (free_opening) and w = W z + q (opening) for forces that another part found, with closed anchors: z is 0 there,
+  !> whatever `multipliers` are.
   subroutine open_under(data, theta, multipliers, free_opening, opening)
     class(condensed_data_t), intent(in) :: data
     real(rk), contiguous, intent(in) :: theta(:)
@@ -148,13 +150,13 @@ contains
     call multiply(1.0_rk, data%compliance, forces, 1.0_rk, opening)
   end subroutine open_under
 
-  !> Subtracts from W z the openings that come from the openings of the anchors, so that all anchors are closed.
+  !> Subtracts from W z the part that the openings of the anchors cause, so that the rest is W z with all anchors closed.
   subroutine close_anchors(self, data, unknowns, closing)
     class(condensed_certificate_t), intent(in) :: self
     class(condensed_data_t), intent(in) :: data
-    !> the unknowns z
+    !> [force] the unknowns z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
-    !> [length] on the free rows
+    !> [length] W z on the rows that are not anchors; in: with open anchors; out: with closed ones
     real(rk), intent(inout) :: closing(:)
     integer :: i
 

@@ -60,7 +60,8 @@ module sig_condensed_data
 
 contains
 
-  !> Allocates with size 0 each array of this type that is not allocated.
+  !> Allocates each array of this type and of its base type that is not allocated: lists with size 0, matrices without columns or
+  !> without rows. `sizes` gives the other extent of a matrix.
   pure subroutine complete(self, sizes)
     class(condensed_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -78,7 +79,8 @@ contains
     call fill_missing(self%transforms, sizes%n_multipliers)
   end subroutine complete
 
-  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of an array of this type or of its base type whose shape or values do not fit the model, one of them if there
+  !> are several; empty when all fit. A scale that is not positive gives `anchors`. Requires: complete.
   pure function mismatch(self, sizes) result(name)
     class(condensed_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -129,8 +131,8 @@ contains
     has_modes = size(self%basis, 2) > 0
   end function has_modes
 
-  !> Computes q = free_opening theta. At an anchor, q is the work of the loads on the free motion of this anchor times `scale`. It
-  !> becomes exactly zero there if it is at most 1e-12 of the sum of the absolute values of its terms.
+  !> Computes q (the argument opening) = self%free_opening theta. At an anchor, q is `scale` times the work of the loads on the free
+  !> motion of this anchor. It becomes exactly zero there if |q| is at most 1e-12 of the sum of the absolute values of its terms.
   subroutine open_freely(self, theta, opening)
     class(condensed_data_t), intent(in) :: self
     !> shape (n_terms)

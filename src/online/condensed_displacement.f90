@@ -44,7 +44,7 @@ contains
     class(condensed_data_t), intent(in) :: data
     !> values of the model's terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z (unknowns of answer_t), shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> 1-based
     integer, intent(in) :: dof

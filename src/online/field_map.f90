@@ -145,8 +145,8 @@ contains
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 
-  !> Computes stresses and von Mises stresses, of the cells and smoothed at the nodes, and the imposed strains of the cells.
-  !> Requires: take_displacement.
+  !> Computes stresses and their von Mises stresses, as means over the cells and smoothed at the nodes, and the imposed strains as
+  !> means over the cells. Requires: take_displacement.
   pure subroutine take_stresses(self, map, theta)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -161,7 +161,7 @@ contains
     self%von_mises_smoothed = von_mises(self%stress_smoothed)
   end subroutine take_stresses
 
-  !> Computes stresses and, if wanted, imposed strains of the rows of one strain map.
+  !> Computes stresses and, if imposed_strains is present, imposed strains of the rows of one strain map. A row is a cell or a node.
   pure subroutine find_stresses(mechanics, rows, of_materials, theta, displacement, stresses, imposed_strains)
     type(mechanical_model_t), intent(in) :: mechanics
     type(strain_map_t), intent(in) :: rows

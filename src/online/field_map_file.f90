@@ -70,7 +70,8 @@ contains
   end subroutine write_strain_map
 
   !> Reads the group /fields; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not
-  !> in the group: the caller copies them from the model. Errors: a dataset is missing, or has another type or rank.
+  !> in the group: the caller copies them from the model. Does nothing if `error` is allocated before. Errors: a dataset is missing,
+  !> or has another type or rank; the number of sources of the terms is not the one that the file says.
   subroutine read_field_map(file, path, parameter_names, map, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages
@@ -118,8 +119,9 @@ contains
     call file%read(group // '/imposed_terms', map%imposed_terms, error)
   end subroutine read_strain_map
 
-  !> Whether the map fits the model, or is empty: shapes fit, indices point at existing data, and numbers are finite. A model file
-  !> may come from anywhere, so nothing is taken for granted.
+  !> Whether the map is empty or fits the model: shapes fit, indices point at existing data, and numbers are finite. A model file
+  !> may come from anywhere, so nothing is taken for granted. But gaps, areas and entries of the contact rows, which are copied from
+  !> the model, and texts of expressions are not checked here.
   pure logical function field_map_fits(map, n_dim, n_nodes, n_multipliers, n_entries) result(fits)
     type(field_map_t), intent(in) :: map
     integer, intent(in) :: n_dim
@@ -177,8 +179,8 @@ contains
     are_elements = all([(element_type_with(n_dim, starts(i + 1) - starts(i)) > 0, i=1, size(starts) - 1)])
   end function are_elements
 
-  !> Whether the contact rows fit the model: there are n_multipliers of them, each consists of whole nodes (all dofs of a node in
-  !> order), and each has an owner, whose coefficients are not all zero.
+  !> Whether the contact rows fit the model: there are n_multipliers of them, each consists of whole nodes of the model (all dofs of
+  !> a node in order), at least one of them on the first side, and its coefficients are finite and not all zero.
   pure logical function rows_fit(rows, n_dofs, n_multipliers)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_dofs

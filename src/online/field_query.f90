@@ -32,8 +32,8 @@ module sig_field_query
 
 contains
 
-  !> Returns a sentence that says why a model gives no fields: it keeps no mesh, or a cluster has no displacement of some dof. The
-  !> result is empty if the model gives fields. Requires: complete_model.
+  !> Returns a sentence that says why a model gives no fields and what to change in the deck: it keeps no mesh, or a cluster has no
+  !> displacement of some dof. The fallback does not count. The result is empty if the model gives fields. Requires: complete_model.
   pure function why_no_fields(model) result(reason)
     type(model_t), intent(in) :: model
     character(:), allocatable :: reason

@@ -88,8 +88,8 @@ contains
     if (size(shares) > 1) second = maxloc(shares, dim=1)
   end subroutine choose
 
-  !> Reads the file that signorom-post writes. Errors: the file cannot be read, has another format, has arrays that do not fit
-  !> together, or has other parameters than the model or in another order.
+  !> Reads the file that signorom-post forest writes. Errors: the file cannot be read, has another format or version; those of
+  !> read_arrays; its parameters are not those of the model, or are in another order.
   subroutine read_forest(path, parameter_names, forest, error)
     character(*), intent(in) :: path
     !> parameters of the model, in its order
@@ -107,7 +107,7 @@ contains
     if (allocated(error)) return
     if (join(forest%parameter_names, ', ') /= join(parameter_names, ', ')) call make_error(error, &
       'the forest was trained for the parameters ' // join(forest%parameter_names, ', ') // '; the model has ' // &
-      join(parameter_names, ', '), path)
+      join(parameter_names, ', '), path, hint='names and order must be the same; signorom train makes this file again')
   end subroutine read_forest
 
   !> Reads the forest from a group of an open file. Errors: an array is missing, has another type or rank, does not fit the others
@@ -130,7 +130,7 @@ contains
     call file%read(group // '/shares', self%shares, error)
     if (allocated(error)) return
     if (.not. is_sound(self)) call make_error(error, 'the random forest in the file is damaged: its trees are inconsistent', &
-      path, hint='make this file again: signorom-post forest for a forest, signorom train for a model')
+      path, hint='signorom train makes this file again, forest.h5 as well as a model')
   end subroutine read_arrays
 
   !> Whether the arrays fit together, are finite and form trees.

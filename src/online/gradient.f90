@@ -38,7 +38,8 @@ module sig_gradient
 
 contains
 
-  !> Sets the derivatives of the unknowns and n_grazing. is_one_sided becomes true, too, where `derivative` is one-sided.
+  !> Sets the derivatives of the unknowns and n_grazing. is_one_sided becomes true for the parameters for which `derivative` is
+  !> one-sided, and stays as it is for the others. Requires: direction and is_one_sided are set.
   pure subroutine take(self, derivative)
     class(gradient_t), intent(inout) :: self
     !> result of differentiate_lcp, a column per parameter, for changes that were multiplied by self%direction; take multiplies its
