@@ -103,7 +103,9 @@ def test_clusters_of_a_single_model_are_left_out_when_asked_for(
 
 def test_nothing_to_draw(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["figures", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"{tmp_path}: error: the folder has nothing to draw\n"
+    assert (
+        capsys.readouterr().err == f"{tmp_path}: error: nothing can be drawn; the lines 'left out' say why\n"
+    )
 
 
 def test_no_such_results_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -369,8 +369,8 @@ def test_signal_ends_the_program(study: Path, number: signal.Signals) -> None:
     [
         ("models: {a: {}}", "this needs two keys"),
         ("deck: deck.yaml\nmodels: {}", "this needs two keys"),
-        ("deck: deck.yaml\nmodels: {../a: {}}", "the model's name '../a' is no name of a folder"),
-        ("deck: deck.yaml\nmodels: {a: }", "the model 'a' needs sections of a deck"),
+        ("deck: deck.yaml\nmodels: {../a: {}}", "the model's name '../a' cannot be used; it needs"),
+        ("deck: deck.yaml\nmodels: {a: }", "the model 'a' needs the sections that it replaces in the deck"),
         ("deck: nothing.yaml\nmodels: {a: {}}", "nothing.yaml: error: there is no such file"),
         ("[]", "this is not a list of models"),
     ],

@@ -221,15 +221,16 @@ class Answer:
     def gradient(self) -> Gradient:
         """Derivatives with respect to the parameters; if they are one-sided, those towards larger values.
 
-        A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if it has no such
-        operator, if a load or an expression of the deck jumps at the point or has no value beside it, or if the contact
-        forces are not unique. The derivatives are computed at the first access; ValueError if the model is closed then.
+        A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if it has no such operator
+        or if this has no answer at the point, if a load or an expression of the deck jumps at the point or has no value
+        beside it, or if the contact forces are not unique. The first access computes the derivatives; ValueError if the
+        model is closed then.
         """
         return self._differentiate(1)
 
     @cached_property
     def backward_gradient(self) -> Gradient:
-        """As `gradient`, with the same exceptions. One-sided derivatives are those towards smaller values."""
+        """As `gradient`, with the same types of exceptions. One-sided derivatives are those towards smaller values."""
         return self._differentiate(-1)
 
     @cached_property

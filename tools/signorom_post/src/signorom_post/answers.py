@@ -51,12 +51,18 @@ class Answers:
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """Contact pressures [force unit / area unit], NaN if a contact has no area; shape (n_points, n_contacts)."""
+        """Contact pressures [force unit / area unit], shape (n_points, n_contacts).
+
+        NaN at points without an answer and at contacts without an area.
+        """
         return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> FloatArray:
-        """Sum of the forces of all contacts at each point [force unit of the model], shape (n_points)."""
+        """Sum of the sizes of all contact forces at each point, whatever their directions; shape (n_points).
+
+        The unit is the force unit of the model. NaN at points without an answer.
+        """
         return self.multipliers.sum(axis=1)
 
     def __len__(self) -> int:

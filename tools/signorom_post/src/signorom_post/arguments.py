@@ -8,7 +8,7 @@ from collections.abc import Callable
 def at_least(least: int) -> Callable[[str], int]:
     """Returns a function that converts a text to a whole number of at least `least`, for argparse.
 
-    It raises ArgumentTypeError if the text is no whole number, or if the number is smaller.
+    It raises ArgumentTypeError if the text has other characters than digits, also a sign, or if the number is smaller.
     """
 
     def convert(text: str) -> int:

@@ -37,8 +37,9 @@ COMMANDS = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs one command of `arguments` (default: those of the process) and returns the exit code.
 
-    0: success. 1: a number of the verification lies outside of its limits. 2: a file is wrong, or cannot be written.
-    130: the user stopped the command. For wrong arguments (2), --help and --version (0), argparse raises SystemExit.
+    0: success, or the reader of the output has left, as `| head` does. 1: a number of the verification lies outside of
+    its limits, or is missing. 2: an InputError, a figure that failed, or a log that cannot be written. 130: the user
+    stopped the command. For wrong arguments (2), --help and --version (0), argparse raises SystemExit.
     """
     words = sys.argv[1:] if arguments is None else arguments
     options = _parser(words).parse_args(words)

@@ -20,7 +20,7 @@ class ContactSide:
     weights: FloatArray
 
     def of(self, row: int) -> IntArray:
-        """Returns the nodes of a row, which counts from 0, on this side; the second side of an obstacle has none."""
+        """Returns the nodes (from 0) of `row` (from 0) on this side; none on the second side if it is an obstacle."""
         return self.nodes[self.starts[row] : self.starts[row + 1]]
 
 
@@ -44,7 +44,10 @@ class Contact:
         return self.first.nodes[self.first.starts[:-1]]
 
     def nodes_of(self, rows: IntArray | None = None) -> IntArray:
-        """Returns the nodes of rows (default: all): those of the first side, then those of the second, each once."""
+        """Returns the nodes (from 0) of rows, each once: those of the first side, then those of the second.
+
+        `rows` are the numbers of the rows, from 0; default: all.
+        """
         chosen = range(self.n_rows) if rows is None else rows
         nodes = [side.of(row) for side in (self.first, self.second) for row in chosen]
         return np.array(list(dict.fromkeys(np.concatenate(nodes))) if nodes else [], dtype=np.int64)

@@ -60,9 +60,9 @@ def write_figures(
 ) -> Iterator[Outcome]:
     """Writes the chosen figures into the folder `output`, which must exist, and yields the outcome of each file.
 
-    A figure that cannot be drawn gives one outcome without a path, and the next figure follows. A figure that such a
-    model never has, as `clusters` of a model with one, gives no outcome, unless `options.only` names it. OSError if a
-    file cannot be written.
+    `file_format` is one of FORMATS. A figure that cannot be drawn gives one outcome without a path, and the next figure
+    follows. A figure that does not apply to the kind of model, such as `clusters` if there are not several clusters,
+    gives no outcome if all figures are chosen. OSError if a file cannot be written.
     """
     for name, build in BUILDERS.items():
         if options.only is not None and name not in options.only:
@@ -91,10 +91,10 @@ def follow_figures(
 
 
 def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
-    """Returns the point of the field file with the number (from 1) or, if there is none, the label `wanted`.
+    """Returns the point of the field file whose number (from 1) is `wanted`, or else the first one with this label.
 
     If `wanted` is None, it returns the middle point; of an even number of points, the second one in the middle.
-    NotDrawableError if the file has no points, InputError if it does not have this point.
+    NotDrawableError if the file has no points, InputError if no point has this number or label.
     """
     if not fields.points:
         raise NotDrawableError(f"{fields.path}: there is no parameter point")

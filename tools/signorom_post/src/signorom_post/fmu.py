@@ -100,8 +100,8 @@ def places_of(model: Model, path: Path, tags: list[int]) -> list[int]:
         if sources[found[0]] == DISPLACEMENT_NONE:
             raise InputError(
                 path,
-                f"the model has no displacement of node {tag}; choose another node, or train with "
-                "reduction.displacement",
+                f"the model has no displacement of node {tag}; choose another node, or train again with a "
+                "reduction.displacement that covers it",
             )
         places.append(int(found[0]))
     return places
@@ -157,7 +157,10 @@ def has_gradient(model: Model) -> bool:
 
 
 def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
-    """Returns outputs.txt, which the binary reads: token, nodes, and kind, entry and component of each output.
+    """Returns the content of outputs.txt, which the binary of the FMU reads.
+
+    It has the token, the number of nodes and the nodes, the number of outputs, and a line with kind, entry and
+    component of each output.
 
     `token` is the checksum of the model file; `nodes` are positions, from 0, in the model's list of nodes.
     """
@@ -167,7 +170,10 @@ def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
 
 
 def description(model: Model, name: str, token: str, outputs: list[Output]) -> bytes:
-    """Returns modelDescription.xml; `name` is the identifier of the FMU, `token` the checksum of the model file."""
+    """Returns the content of modelDescription.xml.
+
+    `name` is the identifier of the FMU, `token` the checksum of the model file, `outputs` those of `outputs_of`.
+    """
     n_inputs = len(model.parameters)
     root = ET.Element(
         "fmiModelDescription",
@@ -266,7 +272,8 @@ def libraries_of_unit() -> dict[str, Path]:
     wrapper = online.parent / WRAPPER
     if not wrapper.is_file():
         raise InputError(
-            "signorom-post fmu", f"{WRAPPER} is missing beside {online}; build and install it again"
+            "signorom-post fmu",
+            f"{WRAPPER} is missing beside {online}; both must be in one folder: build and install both again",
         )
     found = {"{name}.so": wrapper}
     said = subprocess.run(["ldd", wrapper], capture_output=True, text=True, check=True).stdout
@@ -275,6 +282,6 @@ def libraries_of_unit() -> dict[str, Path]:
         if not place or OF_THE_SYSTEM.match(name):
             continue
         if place == "not found":
-            raise InputError("signorom-post fmu", f"the library {name} is missing on this machine")
+            raise InputError("signorom-post fmu", f"the library {name}, which the FMU needs, is missing here")
         found[name] = Path(place.rpartition(" (")[0])
     return found

@@ -12,7 +12,11 @@ _NO_UNIT = {"", "-", "1"}
 
 
 def base_unit(unit: str) -> dict[str, str] | None:
-    """Returns the attributes of FMI's element BaseUnit for a unit of measure; None if the unit is not known here."""
+    """Returns the attributes of FMI's element BaseUnit for a unit of measure, such as `mm^2`, or None.
+
+    They are the exponents of the SI base units, the factor if it is not 1, and for Celsius the offset. None if the unit
+    is not known here.
+    """
     if unit.removesuffix("^2") in _LENGTHS:
         power = 2 if unit.endswith("^2") else 1
         return _attributes({"m": power}, _LENGTHS[unit.removesuffix("^2")] ** power)

@@ -24,9 +24,9 @@ REQUIREMENT = "scikit-learn>=1.3"
 def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> float | None:
     """Trains a forest of `n_trees` trees on the table `labels_path`, and writes it to the file `output`.
 
-    Returns the out-of-bag accuracy, from 0 to 1: each point is judged by the trees that were trained without it. A
-    point that every tree has drawn does not count; None if no point counts. InputError if the table is missing or not
-    valid, if scikit-learn is missing, or if the file cannot be written.
+    Returns the out-of-bag accuracy: the share, from 0 to 1, of the points whose cluster is found by those trees that
+    were trained without the point. A point with which every tree was trained does not count; None if no point counts.
+    InputError if the table is missing or not valid, if scikit-learn is missing, or if the file cannot be written.
     """
     names, points, labels = read_labels(labels_path)
     classifier = fit(points, labels, n_trees, seed)
@@ -72,7 +72,10 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
 
 
 def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
-    """Returns a trained RandomForestClassifier; the same seed gives the same trees. InputError without scikit-learn."""
+    """Returns a trained RandomForestClassifier; the same seed gives the same trees. InputError without scikit-learn.
+
+    `points` and `labels` are those of `read_labels`.
+    """
     classifier = random_forest_class()(n_estimators=n_trees, random_state=seed, oob_score=True)
     with warnings.catch_warnings():  # about points that every tree has drawn
         warnings.simplefilter("ignore", UserWarning)
@@ -97,7 +100,10 @@ def need_scikit_learn() -> None:
 
 
 def no_scikit_learn(reason: str) -> InputError:
-    """Returns an error that says why scikit-learn cannot be used and how to install it."""
+    """Returns an error that says why scikit-learn cannot be used and how to install it.
+
+    `reason` follows the word scikit-learn in the message, such as `is not installed`.
+    """
     return InputError(
         "signorom-post forest",
         f"scikit-learn {reason}; hint: {sys.executable} -m pip install '{REQUIREMENT}'",
@@ -107,7 +113,8 @@ def no_scikit_learn(reason: str) -> InputError:
 def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
     """Returns name -> array of the nodes of all trees, one after the other, as in include/signorom/forest.h.
 
-    `shares`, shape (n_nodes, n_clusters), are the values there; a cluster without points has the share 0.
+    The array `shares`, shape (n_nodes, n_clusters), is the member `values` there: the share of each cluster at a node.
+    A cluster without points has the share 0.
     """
     trees = [estimator.tree_ for estimator in classifier.estimators_]
     features = np.concatenate([tree.feature for tree in trees])
@@ -124,7 +131,10 @@ def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
 
 
 def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) -> None:
-    """Writes the file that the program reads. It gets its final name when it is complete. InputError if this fails."""
+    """Writes the file that the program reads: parameter names and the arrays of `flat_arrays`.
+
+    The file gets the name `path` when it is complete. InputError if it cannot be written.
+    """
     partial = path.with_name(path.name + ".partial")
     try:
         with h5py.File(partial, "w") as file:

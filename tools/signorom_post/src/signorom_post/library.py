@@ -137,7 +137,7 @@ def find_library() -> str:
     """Returns the path of the online library, or its name if the loader finds it; LibraryError if it is not found.
 
     The places are, in this order, the path in SIGNOROM_LIBRARY (which is not checked), the folder `lib` of this
-    package, the loader's path, and the build folder of the sources.
+    package, the loader's path, and the build folders of the sources, of which the latest library is taken.
     """
     named = os.environ.get("SIGNOROM_LIBRARY")
     if named:

@@ -54,7 +54,7 @@ class Log:
         self._say(str(text), sys.stderr)
 
     def to_file_only(self, text: str) -> None:
-        """Writes a text as a line with the date to the file, if there is one; the terminal shows it in another form."""
+        """Writes the date and a text as a line to the file, if there is one, and nothing to the terminal."""
         if self._file is None:
             return
         date = datetime.now().astimezone().isoformat(timespec="seconds")
@@ -83,7 +83,7 @@ class Log:
     def follow(
         self, label: str, items: Iterable[Item], n_total: int, place: Callable[[Item], int] | None = None
     ) -> Iterator[Item]:
-        """Yields the items, and shows their progress as a bar if stderr is a terminal.
+        """Yields the items, and shows their progress as a bar with the name `label` if stderr is a terminal.
 
         `n_total` is the number of all steps. `place` returns the number of steps that are done when an item comes;
         without it, each item is one step.
@@ -120,9 +120,10 @@ class Progress:
         self._log.clear_status()
 
     def advance(self, n_done: int, detail: str = "") -> None:
-        """Says that `n_done` steps are done; `detail` tells what goes on. It may be called often.
+        """Shows that `n_done` steps in all are done; `detail` tells what goes on. It may be called often.
 
-        The bar is drawn again after 0.1 s at the earliest, and the next line comes after 10 s at the earliest.
+        The bar is drawn again after 0.1 s at the earliest. If the task has lines, the next one comes after 10 s at the
+        earliest.
         """
         self._n_done = n_done
         now = time.monotonic()

@@ -31,12 +31,12 @@ class Faces:
 
     @property
     def triangles(self) -> IntArray:
-        """Nodes of the triangles of the faces, two triangles for a quadrilateral; shape (n_triangles, 3)."""
+        """Nodes (from 0) of the triangles of the faces, two triangles for a quadrilateral; shape (n_triangles, 3)."""
         is_quad = self.n_corners == 4
         return np.vstack([self.nodes[:, :3], self.nodes[is_quad][:, [0, 2, 3]]])
 
     def take(self, which: IntArray) -> "Faces":
-        """Returns the faces with these indices."""
+        """Returns the faces with the indices `which`, which count from 0, in this order."""
         return Faces(self.nodes[which], self.cells[which])
 
 
@@ -70,7 +70,7 @@ class Mesh:
 
     @cached_property
     def triangles(self) -> IntArray:
-        """Nodes of the triangles into which the plane cells are divided, shape (n_triangles, 3)."""
+        """Nodes (from 0) of the triangles into which the plane cells are divided, shape (n_triangles, 3)."""
         fans = [(cell[0], cell[i], cell[i + 1]) for cell in self.cells for i in range(1, len(cell) - 1)]
         return np.array(fans, dtype=np.int64).reshape(-1, 3)
 
@@ -93,7 +93,7 @@ class Mesh:
 
     @cached_property
     def outer_faces(self) -> Faces:
-        """Faces of all solid cells that belong to one cell only."""
+        """Faces that belong to only one of the solid cells, turned outwards."""
         return self.faces_of(np.arange(self.n_cells))
 
     def faces_of(self, cells: IntArray) -> Faces:

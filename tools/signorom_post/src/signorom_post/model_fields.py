@@ -44,8 +44,9 @@ def fields_of(
     point: dict[str, float],
     contact_area: FloatArray,
 ) -> Fields:
-    """Returns the fields of the last answer in the context; NoAnswerError if the model cannot give fields there.
+    """Returns the fields of the last answer in the context.
 
+    NoAnswerError if the model gives no fields, or if an elastic constant or imposed strain has no value at the point.
     `sizes` are those of the model. `point` (name -> value) and `contact_area` (Resultants.areas) are the parameters and
     the contact areas of this answer.
     """

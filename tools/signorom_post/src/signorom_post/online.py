@@ -134,7 +134,7 @@ class Model:
     def contact_sides(self) -> tuple[ContactNodes, ContactNodes]:
         """Nodes of the contacts on the side that carries the forces, and on the other side.
 
-        The former is the deck's first surface or, if the rows of mortar contact belong to it, the second one.
+        The forces are on the first surface of a contact in the deck, or on the second one if that has the mortar rows.
         """
         return self._side(0), self._side(1)
 
@@ -164,7 +164,7 @@ class Model:
 
     @property
     def contact_entries(self) -> IntArray:
-        """Number (from 0) of the deck's contact of each contact force, (n_contacts); empty if an older file has none."""
+        """Number, from 0, of the deck's contact to which each force belongs, (n_contacts); empty for an older file."""
         with self._handles.model() as model:
             n_entries, _ = self._n_entries(model)
             entries = np.zeros(self._sizes.n_contacts if n_entries else 0, dtype=np.intc)
@@ -204,7 +204,7 @@ class Model:
 
     @property
     def nodes(self) -> tuple[IntArray, FloatArray]:
-        """Numbers in the mesh file (n_nodes) and coordinates (n_nodes, n_dimensions); all 0 if the model keeps none."""
+        """Numbers in the mesh file, (n_nodes), and coordinates, (n_nodes, n_dimensions); all 0 if no nodes are kept."""
         tags = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         coordinates = np.zeros((self._sizes.n_nodes, self._sizes.n_dimensions))
         with self._handles.model() as model:
@@ -215,7 +215,7 @@ class Model:
     def displacement_sources(self) -> IntArray:
         """Where the displacement of each node comes from: DISPLACEMENT_NONE, _BY_MODES or _EXACT; shape (n_nodes).
 
-        A hyper-reduced model that answers by its full-order operator (method `condensed`) may have all of them exact.
+        If the full-order operator of a hyper-reduced model answers (method `condensed`), all of them may be exact.
         """
         sources = np.zeros(self._sizes.n_nodes, dtype=np.intc)
         with self._handles.model() as model:
@@ -231,9 +231,9 @@ class Model:
     def fields(self, **values: float) -> Fields:
         """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError if the model has no answer or no fields: its deck must have `reduction: {fields: true}`.
-        TypeError if a parameter is missing or unknown, ValueError if a value is not finite; ExtrapolationWarning if the
-        point lies outside of the trained box.
+        NoAnswerError if the model has no answer, if its deck lacks `reduction: {fields: true}`, or if an elastic
+        constant or imposed strain has no value at the point. TypeError if a parameter is missing or unknown,
+        ValueError if a value is not finite; ExtrapolationWarning if the point lies outside of the trained box.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))

@@ -64,9 +64,10 @@ CAPTIONS = {
 
 
 def build_page(results: Results, log: Log) -> str:
-    """Returns the page as HTML. Figures that cannot be drawn are left out. `log` shows the progress of the pictures.
+    """Returns the page as HTML. `log` shows the progress of the pictures.
 
-    InputError if report.yaml is missing or damaged, or if there is a check.h5 that cannot be used.
+    Figures that cannot be drawn are left out without a message. InputError if report.yaml is missing or damaged, or if
+    there is a check.h5 that cannot be used.
     """
     report = results.report
     title = _word(mapping(report.get("deck")).get("title"))

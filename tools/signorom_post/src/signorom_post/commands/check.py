@@ -14,14 +14,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "file", metavar="RESULTS_DIR|FILE", type=Path, help="results folder, check.h5 or check.xdmf"
     )
-    parser.add_argument("--output", metavar="DIR", type=Path, help="default: figures beside the file")
+    parser.add_argument(
+        "--output", metavar="DIR", type=Path, help="default: the folder 'figures' beside check.h5"
+    )
     parser.add_argument("--format", choices=FORMATS, default="png", help="default: png")
 
 
 def run(options: argparse.Namespace) -> int:
     """Draws the pictures and prints the path of each. Returns 0.
 
-    InputError if check.h5 is missing, damaged or without a set-up, or if a picture cannot be written.
+    InputError if check.h5 is missing, damaged, or without a set-up or bodies, or if a picture cannot be written.
     """
     check = read_check(find_check_file(options.file))
     output = options.output or check.path.parent / "figures"

@@ -36,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
     """Writes the figures, prints the path of each, and tells which are left out and why.
 
     Returns 0, or 2 if a figure was left out because a file cannot be used or does not have the point of --point. A
-    missing file does not count. InputError if the folder is missing or has nothing to draw, or if a figure cannot be
-    written.
+    missing file does not count. InputError if the folder is missing, if all figures were left out for other reasons,
+    such as missing files, or if a figure cannot be written.
     """
     results = Results(options.results)
     output = options.output or options.results / "figures"
@@ -56,5 +56,5 @@ def run(options: argparse.Namespace) -> int:
         options.log.note(reason)
     has_failed = any(outcome.is_failure for outcome in outcomes)
     if not has_failed and not any(outcome.path for outcome in outcomes):
-        raise InputError(options.results, "the folder has nothing to draw")
+        raise InputError(options.results, "nothing can be drawn; the lines 'left out' say why")
     return 2 if has_failed else 0

@@ -34,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
     """Trains the forest, writes it, and prints its path and its out-of-bag accuracy, if it has one. Returns 0.
 
     With --check it only looks for scikit-learn, and writes and prints nothing. InputError if scikit-learn is missing,
-    and without --check if LABELS.csv is missing or not valid, or if the forest cannot be written.
+    and without --check if LABELS.csv is not given, is missing or is not valid, or if the forest cannot be written.
     """
     if options.check:
         need_scikit_learn()

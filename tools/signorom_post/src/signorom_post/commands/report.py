@@ -18,8 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Writes the page and prints its path. Returns 0.
 
-    InputError if the folder or report.yaml is missing or damaged, if there is a check.h5 that cannot be used, or if the
-    page cannot be written.
+    Pictures that cannot be drawn are left out without a message. InputError if the folder is missing, if report.yaml is
+    missing or damaged, if there is a check.h5 that cannot be used, or if the page cannot be written.
     """
     results = Results(options.results)
     output = options.output or options.results / "report.html"

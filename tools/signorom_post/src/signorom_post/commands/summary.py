@@ -14,6 +14,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the table. Returns 0. InputError if the folder or report.yaml is missing or damaged."""
+    """Prints the table. Returns 0. InputError if the folder is missing, or if report.yaml is missing or damaged."""
     options.log.result(format_summary(Results(options.results).report))
     return 0

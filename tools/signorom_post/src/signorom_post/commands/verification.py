@@ -25,8 +25,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the table as CSV and as a picture, and prints it. Returns 0, or 1 if a number lies outside of its limits.
+    """Writes the table as CSV and as a picture, and prints it.
 
+    Returns 0, or 1 if a number lies outside of its limits, or is missing because its test failed before the comparison.
     InputError if the folder has no results, if a file cannot be used, or if the table cannot be written.
     """
     figures = read_verification(options.results)

@@ -22,8 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draws the pictures of one point, writes the script, and prints the path of each file. Returns 0.
 
-    InputError if fields.h5 is missing or damaged, if VTK is missing, if the point is unknown or has no displacement, or
-    if a file cannot be written.
+    InputError if the folder is missing, if fields.h5 is missing, damaged or without points, if VTK is missing, if the
+    point of --point is unknown, if the point has no displacement, or if a file cannot be written.
     """
     fields = Results(options.results).fields
     try:

@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="DIR",
         type=Path,
-        help="folder of the models that --run makes; default: results/compare/FILE",
+        help="folder of the models that --run makes; default: results/compare/<FILE without its ending>",
     )
     parser.add_argument(
         "--csv", metavar="FILE", type=Path, help="also write the numbers of the table to this file"
@@ -58,11 +58,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the table of the models, and writes it with --csv; with --run makes the models before. Returns 0.
+    """Prints the table of the models. With --csv it also writes the table, with --run it first makes the models.
 
-    InputError if there are neither folders nor --run, or both; if a folder has no validated model, or one of another
-    problem or with other test points; if a run fails, or if a file cannot be read or written. A missing online library
-    is no error: the table then has no times of queries of models.
+    Returns 0. InputError if there are neither folders nor --run, or both; if a folder has no validated model, or one of
+    another problem or with other test points; if the program is not found or a run fails; or if a file cannot be read
+    or written. A missing online library is no error: the table then has no times of queries of models.
     """
     if bool(options.results) == bool(options.variants):
         raise InputError("signorom-post compare", "give either results folders or --run FILE, and not both")

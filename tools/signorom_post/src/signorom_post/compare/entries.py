@@ -62,10 +62,11 @@ class Study:
 
 
 def read_study(folders: Sequence[Path], time_of: Callable[[Path], float | None]) -> Study:
-    """Returns the entries of these results folders. `time_of` returns the time [s] of a query of a model file, or None.
+    """Returns an entry for the model in each of these results folders, and entries for the full-order solvers.
 
-    InputError if the folders have different problems or different test points, or if a file is missing, cannot be used
-    or lacks a section that the comparison needs.
+    `time_of` takes the path of a model file and returns the time [s] of a query of it, or None. InputError if the
+    folders have different problems or different test points, or if a file is missing, cannot be used or lacks a section
+    that the comparison needs.
     """
     all_results = [Results(folder) for folder in folders]
     for results in all_results:
@@ -103,7 +104,8 @@ def _check_same(results: Results, first: Results) -> None:
     if not is_same:
         raise InputError(
             results.folder,
-            f"this was validated at other points than {first.folder}: give both decks the same section 'test'",
+            f"this was validated at other points than {first.folder}: give both decks the same section 'test' and the "
+            "same ranges of the parameters, or one file of test points, and run them again",
         )
 
 

@@ -60,8 +60,8 @@ def format_markdown(study: Study, has_times: bool) -> str:
 def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -> str:
     """Returns a text that explains the columns and says where their numbers are from.
 
-    `n_query_points` and `seed` are those of the random points at which queries were timed. They and the times are named
-    only if `has_times`.
+    `n_query_points` is the number of the random points at which queries were timed, and `seed` is their seed. The text
+    names them, and what the times are, only if `has_times`.
     """
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
@@ -81,9 +81,10 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
 
 
 def write_csv(path: Path, entries: Sequence[Entry]) -> None:
-    """Writes all members of the entries as CSV, numbers without rounding; times in seconds, sizes of files in bytes.
+    """Writes the entries to the file `path` as CSV: a header with the names of the members, then a row for each entry.
 
-    A member that is None is empty. OSError if the file cannot be written.
+    Numbers are not rounded, times are in seconds, sizes of files in bytes; a member that is None is empty. OSError if
+    the file cannot be written.
     """
     with path.open("w", newline="", encoding="utf-8") as file:
         names = [field.name for field in fields(Entry)]

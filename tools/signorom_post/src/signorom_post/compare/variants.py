@@ -27,11 +27,11 @@ NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 
 
 def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
-    """Runs the program for each model of the file in its own folder below `output`, and returns these folders.
+    """Runs the program for each model that the file `path` lists, and returns the folders of the models in its order.
 
-    Snapshots that a folder already has are used again. InputError if the file is wrong, if the program is not found, or
-    if a run ends with another exit code than 0 and 3 (some points did not converge). OSError if a file cannot be
-    written.
+    The folder of a model has its name and lies in `output`. Snapshots that a folder already has are used again.
+    InputError if the file is wrong, if the program is not found, or if a run ends with another exit code than 0 and 3
+    (some points did not converge). OSError if a file cannot be read or written.
     """
     decks = read_variants(path)
     program = find_program()
@@ -46,23 +46,34 @@ def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
 
 
 def read_variants(path: Path) -> dict[str, dict[str, Any]]:
-    """Returns name -> deck of each model of the file. Files in a deck have absolute paths; its results lie beside it.
+    """Returns name -> deck of each model that the file `path` lists.
 
-    InputError if the file or the deck that it names is missing or wrong.
+    The sections that the file gives for a model replace those of the deck that it names; null removes a section. Paths
+    of files become absolute. The section `output` is always replaced by one that puts the results beside the deck.
+    InputError if one of the two files is missing or is not YAML with sections, or if the list is not valid. The content
+    of the decks is not checked.
     """
     file = read_sections(path, "list of models")
     if set(file) != {"deck", "models"} or not isinstance(file["models"], dict) or not file["models"]:
         raise InputError(
-            path, "this needs two keys: 'deck', a file, and 'models', each with sections of its own"
+            path,
+            "this needs two keys and no other: 'deck', the path of a deck, and 'models', which has at least one model "
+            "as `name: {sections}`",
         )
     base_path = path.parent / str(file["deck"])
     base = read_sections(base_path, "deck")
     decks = {}
     for name, changes in file["models"].items():
         if not NAME.fullmatch(str(name)):
-            raise InputError(path, f"the model's name '{name}' is no name of a folder")
+            raise InputError(
+                path,
+                f"the model's name '{name}' cannot be used; it needs a letter or digit, and then only letters, digits, "
+                "'_', '.' and '-'",
+            )
         if not isinstance(changes, dict):
-            raise InputError(path, f"the model '{name}' needs sections of a deck; {{}}: the deck as it is")
+            raise InputError(
+                path, f"the model '{name}' needs the sections that it replaces in the deck, or {{}} for none"
+            )
         deck = base | changes | {"output": {"directory": "."}}
         kept = {section: value for section, value in deck.items() if value is not None}
         decks[str(name)] = _with_whole_paths(kept, base_path.parent)

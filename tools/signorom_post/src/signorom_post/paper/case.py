@@ -13,7 +13,7 @@ from signorom_post.plots.two_bodies import two_bodies
 def figure_8(study: Study) -> Outcome:
     """Returns figure 8: a sketch with the load, and the mesh.
 
-    Its table has the numbers of nodes and contact pairs, and lengths [mm]. The former are compared with the paper's.
+    Its table has the numbers of nodes and contact pairs, and lengths [mm]. The numbers are compared with the paper's.
     """
     (results,) = study.runs.results([Variant(12, None, has_fields=True)])
     fields = results.fields

@@ -101,20 +101,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Makes the figures and tables of the paper that the user chose. Returns 0, whatever the numbers are.
 
-    InputError if the program or the deck is not found, if a run fails, or if a file cannot be written.
+    InputError if the program or the deck is not found, if a run fails, or if a file cannot be read or written.
     """
     try:
         chosen = options.output, options.only, options.format, options.map, options.jobs, options.log
         make_paper(PaperOptions(*chosen))
     except OSError as error:
-        raise InputError(error.filename or options.output, f"cannot be written ({error.strerror})") from error
+        raise InputError(error.filename or options.output, f"cannot be used ({error.strerror})") from error
     return 0
 
 
 def make_paper(options: PaperOptions) -> list[Comparison]:
     """Starts the runs that are missing, writes all files, prints the table, and returns the numbers of the table.
 
-    InputError if the program or the deck is not found, or if a run fails. OSError if a file cannot be written.
+    InputError if the program or the deck is not found, or if a run fails. OSError if a file cannot be read or written.
     """
     start = time.monotonic()
     runs = Runs(options.output / "runs", find_program(), find_base_deck(), options.n_jobs, options.log)
@@ -133,7 +133,7 @@ def make_paper(options: PaperOptions) -> list[Comparison]:
     (options.output / "summary.md").write_text(text, encoding="utf-8")
     options.log.result(options.output / "summary.md")
     options.log.result(f"\n{text_table(comparisons)}")
-    options.log.note(f"{len(names)} entries in {duration(time.monotonic() - start)}")
+    options.log.note(f"figures and tables made: {len(names)}, in {duration(time.monotonic() - start)}")
     return comparisons
 
 

@@ -12,7 +12,10 @@ WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST, ABSENT = "within", "OUTSIDE", "outside, not
 
 
 def percent(value: float) -> str:
-    """Returns a share in percent with two significant digits, as the paper prints errors: 0.025 becomes `2.5 %`."""
+    """Returns a share in percent with two significant digits, as the paper prints errors: 0.025 becomes `2.5 %`.
+
+    Infinity and NaN become `inf` and `nan`.
+    """
     return f"{float(f'{100 * value:.2g}'):g} %" if math.isfinite(value) else str(value)
 
 
@@ -55,7 +58,7 @@ class Comparison:
     def verdict(self) -> str:
         """Whether `ours` lies within `allowed`, as one of the texts WITHIN, OUTSIDE, OUTSIDE_NOT_ROBUST and ABSENT.
 
-        OUTSIDE_NOT_ROBUST: outside, but `is_robust` is False; ABSENT: `allowed` is None.
+        OUTSIDE_NOT_ROBUST: outside, but `is_robust` is False; ABSENT: `allowed` is None. A NaN lies outside.
         """
         if self.allowed is None:
             return ABSENT
@@ -64,9 +67,9 @@ class Comparison:
         return OUTSIDE if self.is_robust else OUTSIDE_NOT_ROBUST
 
     def cells(self) -> list[str]:
-        """Returns the texts of COLUMNS.
+        """Returns the row of the table: a text for each of COLUMNS, `-` if there is no number or there are no limits.
 
-        A star marks a number that is not robust; parentheses mark a number beside ours that is not from the paper.
+        In the column `paper`, a star marks a number that is not robust, parentheses one that is not from the paper.
         """
         cut = ABSENT if self.cut is None else self.show(self.cut)
         paper = ABSENT if self.paper is None else self.show(self.paper)
@@ -119,7 +122,7 @@ def text_table(comparisons: Sequence[Comparison]) -> str:
 
 
 def markdown_table(comparisons: Sequence[Comparison]) -> str:
-    """Returns the table, the notes and the remarks in Markdown."""
+    """Returns the table in Markdown, and the counts, notes and remarks below it as a list."""
     rows = [list(COLUMNS), ["---"] * len(COLUMNS), *(comparison.cells() for comparison in comparisons)]
     lines = ["| " + " | ".join(cell.replace("*", "\\*") for cell in row) + " |" for row in rows]
     notes = [f"- {note}".replace("*", "\\*") for note in _notes(comparisons)]

@@ -12,7 +12,8 @@ from signorom_post.plots.singular_values import Decay, decays, energy_tail, kept
 def figure_16(study: Study) -> Outcome:
     """Returns figure 16: singular values and energy tails of all snapshots and of three clusters.
 
-    It also compares the energy tails beyond the extra modes of Table 1 with the paper's tolerances.
+    It compares the number of snapshots and the number of modes with the paper's, and the energy tails beyond the extra
+    modes of Table 1 with the paper's tolerances.
     """
     (results,), (results_cut,) = study.both_loads([Variant(34, 1.0, has_fields=True)])
     model, model_cut = results.model, results_cut.model
