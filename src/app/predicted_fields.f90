@@ -97,8 +97,8 @@ contains
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add
 
-  !> Closes the files, unless there is an error already: then no files are kept, and the error stays. Does nothing without create.
-  !> Errors: the first failure since create.
+  !> Closes the files, unless there is an error already: then the new files are dropped, and the error stays. Does nothing without
+  !> create. Errors: the first failure since create.
   subroutine close_fields(self, error)
     class(predicted_fields_t), intent(inout) :: self
     type(error_t), allocatable, intent(inout) :: error

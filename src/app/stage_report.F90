@@ -130,9 +130,9 @@ contains
     call report%add('rotations/warning', warning)
   end subroutine warn_of_rotations
 
-  !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals of full-order solutions.
+  !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals.
   subroutine warn_of_residuals(residuals, report)
-    !> [-] residuals of equilibrium at the solved points, shape (n_points)
+    !> [-] residuals of equilibrium of the full-order problem at some points, shape (n_points)
     real(rk), intent(in) :: residuals(:)
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: warning
