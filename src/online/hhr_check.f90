@@ -13,7 +13,7 @@ contains
 
   !> Returns the name of an array of `cluster` whose shape does not fit the model, or whose values a query cannot use: numbers that
   !> are not finite, or indices that do not exist. The name is `enrichment` for the history; it is empty when all fit. Requires:
-  !> complete_cluster.
+  !> complete_cluster or read_cluster.
   pure function find_hhr_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

@@ -10,7 +10,7 @@ module sig_hhr_description
 
 contains
 
-  !> Returns lines about a hyper-reduced model, each with its line end. Requires: complete_cluster.
+  !> Returns lines about a hyper-reduced model, each with its line end. Requires: complete_cluster or read_cluster.
   pure function describe_hhr(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

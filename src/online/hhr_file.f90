@@ -132,9 +132,10 @@ contains
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 
-  !> Reads a cluster from a group of a file. Errors: a dataset is missing, or has another type or rank. Anchors and lifted_terms may
-  !> be missing, as in older files: then there are no anchors, and the lifted terms are the first terms. A cluster without data
-  !> for a varying stiffness or for a certificate has no group `stiffness` or `certificate`; their arrays stay unallocated.
+  !> Reads a cluster from a group of a file. Errors: a dataset or attribute is missing, or has another type or rank. Anchors and
+  !> lifted_terms may be missing, as in older files: then there are no anchors, and the lifted terms are the first terms. A cluster
+  !> without data for a varying stiffness or for a certificate has no group `stiffness` or `certificate`; their arrays stay
+  !> unallocated.
   subroutine read_cluster(file, group, cluster, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group

@@ -100,7 +100,7 @@ contains
   end subroutine complete
 
   !> Returns the name (`stiffness/...`) of an array of this type whose shape, indices or values do not fit; empty when all fit, or
-  !> when there are no data. Requires: complete.
+  !> when there are no data. Requires: complete or read.
   pure function mismatch(self, n_terms, n_modes, n_lifted) result(name)
     class(hhr_stiffness_t), intent(in) :: self
     !> number of terms of the model

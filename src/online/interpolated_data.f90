@@ -92,7 +92,7 @@ contains
   end subroutine complete
 
   !> Returns the name of an array of this type, of one of its bodies or of one of its modes, whose shape or values do not fit the
-  !> model; empty when all fit. The name does not say which body it is. Requires: complete.
+  !> model; empty when all fit. The name does not say which body it is. Requires: complete or read.
   pure function mismatch(self, sizes) result(name)
     class(interpolated_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes

@@ -63,7 +63,7 @@ contains
   end subroutine complete
 
   !> Returns the name (`certificate/...`) of an array of this type whose shape, indices or values do not fit; empty when all fit, or
-  !> when there are no data. Requires: complete.
+  !> when there are no data. Requires: complete or read.
   pure function mismatch(self, n_multipliers, n_terms, n_snapshots, n_rows, n_motions) result(name)
     class(lifted_data_t), intent(in) :: self
     integer, intent(in) :: n_multipliers
@@ -123,7 +123,7 @@ contains
     call file%write_attribute(group, 'largest_size', self%largest_size)
   end subroutine write
 
-  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
+  !> Reads the data from a group of a model file. Errors: a dataset or attribute is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(lifted_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -17,7 +17,7 @@ contains
   !> Returns the name of the data of the model (an array, a number, a group of arrays) whose shape does not fit the others, or whose
   !> values a query cannot use; empty when all fit. The name of an array of a part has the group of the part before it
   !> (`clusters/1/basis`). A model file may come from anywhere, so every value that indexes an array or controls a loop is checked
-  !> here once. Requires: complete_model.
+  !> here once. Requires: complete_model, or the model was read from a file.
   pure function find_mismatch(model) result(name)
     type(model_t), intent(in) :: model
     character(:), allocatable :: name

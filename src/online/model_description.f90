@@ -11,7 +11,8 @@ module sig_model_description
 
 contains
 
-  !> Returns the text that `signorom describe` prints, as lines; the last line has no line end. Requires: complete_model.
+  !> Returns the text that `signorom describe` prints, as lines; the last line has no line end. Requires: complete_model
+  !> or read_model.
   pure function describe_model(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
