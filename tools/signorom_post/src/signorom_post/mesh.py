@@ -82,12 +82,15 @@ class Mesh:
 
     @property
     def edges(self) -> IntArray:
-        """Edges of plane cells, each once: their two nodes, ascending; shape (n_edges, 2)."""
+        """Edges of plane cells, each once: their two nodes, ascending; shape (n_edges, 2).
+
+        A side with a node in its middle gives two edges.
+        """
         return self._edges_and_counts[0]
 
     @property
     def boundary_edges(self) -> IntArray:
-        """Edges of plane cells that belong to one cell only: their two nodes, ascending; shape (n_boundary_edges, 2)."""
+        """Those of `edges` that belong to one cell only; shape (n_boundary_edges, 2)."""
         edges, counts = self._edges_and_counts
         return edges[counts == 1]
 

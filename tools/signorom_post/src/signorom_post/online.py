@@ -224,16 +224,16 @@ class Model:
 
     @property
     def cells(self) -> Cells:
-        """Cells, regions and contact facets of a model with fields; NoAnswerError if it has none."""
+        """Cells, regions and contact facets of the mesh; NoAnswerError if the model keeps no mesh for fields."""
         with self._handles.model() as model:
             return cells_of(self._library, model)
 
     def fields(self, **values: float) -> Fields:
         """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError if the model has no answer, if its deck lacks `reduction: {fields: true}`, or if an elastic
-        constant or imposed strain has no value at the point. TypeError if a parameter is missing or unknown,
-        ValueError if a value is not finite; ExtrapolationWarning if the point lies outside of the trained box.
+        NoAnswerError if the model has no answer, if an elastic constant or imposed strain has no value at the point, or
+        if the model gives no fields: it needs `reduction: {fields: true}` and displacements of all nodes. TypeError and
+        ValueError as for `query`; ExtrapolationWarning if the point lies outside of the trained box.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--nodes",
         metavar="TAGS",
-        help="nodes of the mesh whose displacements are outputs, for instance 12,57",
+        help="numbers of nodes in the mesh file whose displacements are outputs, for instance 12,57; default: none",
     )
 
 

@@ -44,7 +44,7 @@ ERRORS: list[Column] = [
 def format_markdown(study: Study, has_times: bool) -> str:
     """Returns a Markdown table with aligned columns, one line per full-order solver and then one per model.
 
-    `has_times`: whether it has the columns `offline` and `query`.
+    `has_times`: whether it has the columns `offline` and `query`. A number that an entry does not have is shown as `-`.
     """
     columns = [*SIZES, *(TIMES if has_times else []), *ERRORS]
     rows = [[heading for heading, _, _ in columns]]
