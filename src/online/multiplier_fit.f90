@@ -233,9 +233,11 @@ contains
     end do
   end function work_of_loads
 
-  !> Allocates the work arrays, unless they have the right sizes already.
+  !> Allocates `known`, `coefficients`, `forces` and `opening` of the workspace again, unless all four have the right sizes already.
+  !> It gives them no values.
   subroutine reserve(self, n_multipliers, workspace)
     class(multiplier_fit_t), intent(in) :: self
+    !> number of contacts of the model
     integer, intent(in) :: n_multipliers
     type(multiplier_fit_workspace_t), intent(inout) :: workspace
 
@@ -248,7 +250,7 @@ contains
     allocate (workspace%forces(self%n_rows), workspace%opening(n_multipliers))
   end subroutine reserve
 
-  !> Returns 1 / Frobenius norm of a matrix; 1 for a matrix of zeros.
+  !> Returns 1 / Frobenius norm of a matrix; 1 for a matrix of zeros or without elements.
   pure function inverse_size(block) result(scale)
     real(rk), intent(in) :: block(:, :)
     real(rk) :: scale

@@ -26,9 +26,10 @@ module sig_online_model
 
 contains
 
-  !> Completes the model and prepares every part for queries.
+  !> Allocates what the model lacks (complete_model), sets box_scale, and prepares every part for queries, the fallback, too.
   !>
-  !> Errors: message is allocated when a part cannot answer; the parts after it are not prepared then.
+  !> Errors: message is allocated when a part cannot answer; the parts after it are not prepared then. For a cluster it begins with
+  !> the number of the cluster.
   subroutine prepare(self, message)
     class(online_model_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -46,8 +47,9 @@ contains
     end do
   end subroutine prepare
 
-  !> Finds the training point nearest to a point, with each side of the box scaled to 1; of several, the first. Parameters whose
-  !> side of the box has no length do not count. Where a parameter is NaN, the result is the last training point, at a distance NaN.
+  !> Finds the training point with the least Euclidean distance to a point, with each side of the box scaled to 1; of several, the
+  !> first. Parameters whose side of the box has no length do not count. If a parameter of the point is NaN, the result is the last
+  !> training point, at a distance NaN. Requires: prepare.
   pure subroutine nearest_point(self, point, i_nearest, distance)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -73,17 +75,17 @@ contains
     if (i_nearest > 0) distance = sqrt(distance)
   end subroutine nearest_point
 
-  !> Finds the nearest training point on the other side of a point, seen from its nearest training point, so that these two enclose
-  !> the point. The other side means an angle of 90 degrees or more at the point. If no training point is there, or if the point is
-  !> a training point, the result is the second nearest training point. Of several, the first counts. Distances are those of
-  !> nearest_point.
+  !> Finds the nearest of the training points that lie on the other side of a point than its nearest training point. On the other
+  !> side means: at the point, the directions to both training points make an angle of 90 degrees or more. If no training point is
+  !> there, or if the point is a training point itself, the result is the second nearest training point. Of several at the same
+  !> distance, the first counts. Distances and angles are those of the scaled box (nearest_point). Requires: prepare.
   pure subroutine opposite_point(self, point, i_nearest, i_opposite)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> result of nearest_point
+    !> result of nearest_point at this point
     integer, intent(in) :: i_nearest
-    !> number of the training point, 1-based; 0 if there are fewer than two, or if i_nearest is 0
+    !> number of the training point, 1-based; 0 if there are fewer than two, if i_nearest is 0, or if all squared distances overflow
     integer, intent(out) :: i_opposite
     real(rk) :: along, distance, distance_opposite, square
     integer :: i, i_second, k
@@ -115,7 +117,8 @@ contains
     if (i_opposite == 0) i_opposite = i_second
   end subroutine opposite_point
 
-  !> Whether the point lies in the trained box or on its border, except for rounding.
+  !> Whether the point lies in the trained box, on its border, or outside by at most 1e-9 of the length of a side (box_tolerance);
+  !> false if a parameter is NaN.
   pure logical function is_inside_box(self, point)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)

@@ -29,8 +29,8 @@ module sig_query
 
 contains
 
-  !> Prepares queries of one thread: compiles the expressions of the terms, and makes the work arrays of all parts. Errors: message
-  !> is allocated when a term is not a valid expression.
+  !> Prepares queries of one thread: compiles the expressions of the terms, and makes the work arrays of all parts. What an earlier
+  !> call made is freed. Errors: message is allocated when an expression of a term, or of its window, is not valid.
   subroutine create(self, online, message)
     class(query_t), intent(inout) :: self
     !> the model, after prepare
@@ -47,16 +47,17 @@ contains
   end subroutine create
 
   !> Answers at one point, inside or outside of the trained box. The cluster answers; or the fallback, if the cluster has no answer
-  !> or its relative bound exceeds the model's max_error. An answer without a bound is accepted, and any answer if max_error is 0.
-  !> The fallback's own bound is not compared with max_error. answer%reason > 0 says that there is an answer. Otherwise it says why
-  !> there is none; among others reason_bad_point: the number of values is wrong; reason_bad_term: a term has no finite value;
-  !> reason_large_bound: the bound is too large and there is no fallback.
+  !> or the relative bound of its answer exceeds the model's max_error. An answer without a bound is accepted, and any answer if
+  !> max_error is 0. The bound of an answer of the fallback is not compared with max_error. answer%reason > 0 says that there is an
+  !> answer. Otherwise it says why there is none; among others reason_bad_point: the number of values is wrong; reason_bad_term: a
+  !> term has no finite value; reason_large_bound: the bound is too large and there is no fallback.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
     type(online_model_t), intent(in) :: online
     !> [unit of each parameter] values of the parameters in the model's order
     real(rk), intent(in) :: point(:)
+    !> out: everything; its arrays are used again if their sizes fit
     type(answer_t), intent(inout) :: answer
     !> number of the cluster that is asked first, 1-based; default: the model's choice at the point
     integer, intent(in), optional :: cluster
@@ -85,8 +86,9 @@ contains
   !> Computes the derivatives of an answer with respect to each parameter. They belong to gradient%answer: this is `answer`, or, if
   !> the part that answered is not exact, the answer of the fallback at the point, if there is one.
   !>
-  !> Errors: message is allocated when a term jumps or has no value next to the point, when the part has no derivatives, or when the
-  !> contact forces are not unique or the problem of the contacts that graze has no solution (differentiate_lcp).
+  !> Errors: message is allocated, and `gradient` is of no use, when a term jumps at the point, has no finite slope there, or has no
+  !> value on the side of `direction`; when the part has no derivatives; or when the contact forces are not unique or the problem of
+  !> the contacts that graze has no solution (differentiate_lcp).
   subroutine differentiate(self, online, point, answer, direction, gradient, message)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
@@ -109,17 +111,19 @@ contains
     call differentiate_terms(self%terms, point, answer%theta, online%lengths_at(point), direction, gradient%theta, &
       is_kink, i_failed)
     if (i_failed > 0) then
-      message = 'there is no derivative: a load or an expression of the deck jumps as ''' // &
-        online%model%terms%parameter_names(i_failed)%text // ''' passes this point, or has no value next to it'
+      message = 'there is no derivative: as ''' // &
+        online%model%terms%parameter_names(i_failed)%text // ''' passes this point, a load or an expression of the deck ' // &
+        'jumps, has no finite slope, or has no value on the side of this direction; the other direction may have a derivative'
       return
     end if
     gradient%is_one_sided = is_kink
     call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
   end subroutine differentiate
 
-  !> Chooses the answer to differentiate. A hyper-reduced answer has an error of its own, and its reconstructed forces have kinks
-  !> where snapshots enter or leave the combination. Where the model keeps the full-order operator, its answer is differentiated
-  !> instead, which gives the derivatives of the full-order problem. If the operator has no answer, `answer` is chosen.
+  !> Chooses the answer to differentiate: `answer` if the part that answered is exact, if the model has no fallback, or if the
+  !> fallback has no answer at the point; otherwise the answer of the fallback, without bounds. A hyper-reduced answer has an error
+  !> of its own, and its reconstructed forces have kinks where snapshots enter or leave the combination. The fallback gives the
+  !> derivatives of the full-order problem.
   subroutine choose_answer(self, online, point, answer, chosen)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -142,9 +146,9 @@ contains
     if (chosen%reason <= 0) chosen = answer
   end subroutine choose_answer
 
-  !> Answers by the cluster answer%cluster, or by the fallback where the cluster has no answer or its certificate exceeds the
-  !> model's limit. Without a fallback such a point has no answer: answer%reason is the cluster's, or reason_large_bound. Requires:
-  !> answer%start was called, and answer%theta is set.
+  !> Answers by the cluster answer%cluster, or by the fallback if the cluster has no answer or the relative bound of its answer is
+  !> too large (is_certain). Without a fallback such a point has no answer: answer%reason is the cluster's, or reason_large_bound.
+  !> Requires: answer%start was called, and answer%theta is set.
   subroutine answer_at(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in), target :: online
@@ -177,9 +181,10 @@ contains
     is_certain = online%model%max_error <= 0 .or. answer%relative_bound <= online%model%max_error
   end function is_certain
 
-  !> Bounds the answer's error by the part that answered. If this part cannot, the fallback does it, provided that the model has a
-  !> limit (max_error > 0); otherwise nothing changes. For a bound the forces of all contacts are set before, and if the fallback
-  !> gives it, the fallback corrects them (correct_forces).
+  !> Bounds the answer's error by the part that answered. If this part cannot (can_certify), the fallback does it, provided that it
+  !> can and that the model has a limit (max_error > 0); otherwise nothing changes. Before that, the forces of all contacts are
+  !> reconstructed in answer%multipliers if they are not there yet. The fallback corrects forces (correct_forces) before it bounds
+  !> their error.
   subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -206,8 +211,10 @@ contains
     end associate
   end subroutine certify
 
-  !> Answers by the fallback; the cluster gives the displacement if the fallback has none at all. If the fallback has no answer
-  !> either, answer%reason is its reason. Bounds of the cluster's answer do not stay.
+  !> Answers by the fallback. Bounds of the cluster's answer are dropped, and the numbers of iterations of both parts add up. If the
+  !> fallback has no answer either, answer%reason is its reason. Otherwise the cluster's coordinates and forces of its domain become
+  !> those under the fallback's forces (displace_under), and the displacement is the fallback's, or the cluster's if the fallback
+  !> has none at all.
   subroutine fall_back(self, online, near, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

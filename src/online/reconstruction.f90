@@ -14,7 +14,8 @@ module sig_reconstruction
 
 contains
 
-  !> Allocates an array and computes the displacement of an answer in it; it is NaN for dofs of which the model has none.
+  !> Allocates an array and computes the displacement of an answer in it. The displacement is that of the part
+  !> answer%displacement_part, and NaN for dofs of which this part has none. It means nothing if the answer has no solution.
   subroutine reconstruct_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -25,7 +26,8 @@ contains
     call fill_displacement(model, answer, displacement)
   end subroutine reconstruct_displacement
 
-  !> Returns for each dof whether it has a displacement in the part that gives the displacement of an answer, shape (n_dofs).
+  !> Returns for each dof whether the part that gives the displacement of an answer (answer%displacement_part) has a displacement of
+  !> this dof, shape (n_dofs).
   pure function has_displacements(model, answer) result(is_known)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -37,7 +39,7 @@ contains
     end associate
   end function has_displacements
 
-  !> Computes the displacement of an answer in an array of the caller; it is NaN for dofs of which the model has none.
+  !> Does the same as reconstruct_displacement, in an array of the caller.
   subroutine fill_displacement(model, answer, displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -53,7 +55,7 @@ contains
     end associate
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, without a temporary array; NaN if the model has none of this dof.
+  !> Returns the displacement [length] of one dof, without a temporary array: one element of what reconstruct_displacement computes.
   pure real(rk) function displacement_of_dof(model, answer, dof) result(displacement)
     type(model_t), intent(in) :: model
     type(answer_t), intent(in) :: answer
@@ -69,7 +71,7 @@ contains
     end associate
   end function displacement_of_dof
 
-  !> Computes the contact forces of all contacts from an answer; they are zero if it has no solution.
+  !> Computes the forces of all contacts from an answer; they are zero if the answer has no solution.
   subroutine reconstruct_multipliers(online, answer, rooms, multipliers)
     !> the model, after prepare
     type(online_model_t), intent(in) :: online

@@ -238,7 +238,7 @@ contains
   end function no_warnings
 
   !> Returns false. This is the default of three functions: `is_exact` (the part solves for the forces of all contacts, without
-  !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), and `can_certify` (certify gives bounds).
+  !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), and `can_certify` (certify may be called).
   pure logical function no(self)
     class(reduced_t), intent(in) :: self
 
@@ -255,6 +255,7 @@ contains
   !> Whether the part has a displacement of all dofs. This default says yes.
   pure logical function whole(self, n_dofs)
     class(reduced_t), intent(in) :: self
+    !> number of dofs of the model
     integer, intent(in) :: n_dofs
 
     whole = .true.
@@ -269,8 +270,8 @@ contains
     source = displacement_by_modes
   end function by_modes
 
-  !> Sets the coordinates of this part's modes, and the forces of its domain, to those under contact forces that another part found
-  !> at the same point, so that this part can give the displacement. This default does nothing.
+  !> Sets the coordinates of this part's modes, and the forces of its domain, in an answer. They become those under contact forces
+  !> that another part found at the same point, so that this part can give the displacement. This default does nothing.
   subroutine nothing_to_do(self, room, answer)
     class(reduced_t), intent(in) :: self
     !> room of this part, after solve at this point
@@ -279,8 +280,8 @@ contains
     type(answer_t), intent(inout) :: answer
   end subroutine nothing_to_do
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length], which is least for the contact forces of the full-order
-  !> problem. This default, for a kind without W, returns 0.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of contact forces lambda. Of all lambda >= 0, those of
+  !> the full-order problem have the least energy. This default, for a kind without W, returns 0.
   real(rk) function energy_unknown(self, theta, multipliers, opening) result(energy)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)
@@ -304,7 +305,8 @@ contains
     real(rk), contiguous, intent(inout) :: multipliers(:)
   end subroutine nothing_to_correct
 
-  !> Sets the bounds of an answer: bounds of the error of contact forces, whichever part found them. This default gives no bound.
+  !> Sets the bounds of an answer, which limit the error of given contact forces. This part or another one found the forces; not
+  !> every kind bounds those of another part. The bounds do not change where this part cannot give them, as in this default.
   subroutine no_certificate(self, multipliers, is_own, room, answer)
     class(reduced_t), intent(in) :: self
     !> [force] >= 0 of all contacts, shape (n_multipliers)

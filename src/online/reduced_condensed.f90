@@ -68,8 +68,8 @@ contains
     name = 'condensed'
   end function kind_of
 
-  !> Transforms the columns of free_opening for each reference, and factors W for bounds. There are no errors: message stays
-  !> unallocated.
+  !> Transforms the columns of free_opening for each reference, and factors W without the anchors, for bounds (can_certify says
+  !> whether this succeeds). There are no errors: message stays unallocated.
   subroutine prepare(self, message)
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -105,8 +105,9 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of all contacts. The arguments are those of solve_at in sig_reduced; `judge` is not used.
-  !> Without an answer the reason is reason_pulled_off if the loads pull a body off its contacts, else that of solve_lcp.
+  !> Solves the complementarity problem of all contacts: by the pivot transform of the nearest training point's reference, if there
+  !> is one, and with all of W if that gives no answer. Without an answer the reason is that of solve_lcp; in a problem with anchors
+  !> reason_ray becomes reason_pulled_off. The arguments are those of solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -130,9 +131,10 @@ contains
     end select
   end subroutine solve
 
-  !> Sets room%start, the set to start from: true where an unknown is taken as positive, which is a contact with a force, or an open
-  !> anchor. It is that of the nearest training point. If the model keeps none, it is the contacts that penetrate without contact
-  !> forces or, in a problem with anchors, closed at all contacts: true except at the anchors. Requires: room%free_opening is set.
+  !> Sets room%start, the active set to start from: true for each row whose unknown is taken as positive, which means a contact with
+  !> a force, or an anchor that is open. It is the set of the nearest training point. If this part has no such set, room%start is
+  !> true for rows that penetrate without contact forces or, in a problem with anchors, for all rows but the anchors. Requires:
+  !> room%free_opening is set.
   subroutine start_set(data, near, room)
     class(condensed_data_t), intent(in) :: data
     type(neighbors_t), intent(in) :: near
@@ -148,8 +150,9 @@ contains
     end if
   end subroutine start_set
 
-  !> Solves a problem transformed by a principal pivot, from the active set in room%start: the unknowns are the contacts that differ
-  !> from the reference. answer%unknowns are set if answer%reason > 0.
+  !> Solves the problem by the pivot transform of a reference and the active set method alone (change_sets), from the active set in
+  !> room%start. Only contacts whose status differs from the reference cost work. If answer%reason > 0, answer%unknowns become the
+  !> unknowns of the problem before the transform; otherwise they do not change.
   subroutine solve_transformed(self, i_reference, theta, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     !> number of the reference, 1-based
@@ -175,7 +178,7 @@ contains
     end associate
   end subroutine solve_transformed
 
-  !> Solves the whole problem by solve_lcp, with factorizations of parts of W, from the active set in room%start.
+  !> Solves the problem with all of W by solve_lcp, from the active set in room%start. Without an answer answer%unknowns are zero.
   subroutine solve_whole(self, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     type(condensed_room_t), intent(inout) :: room
@@ -186,7 +189,7 @@ contains
     answer%unknowns = room%solution%lambda
   end subroutine solve_whole
 
-  !> Computes the displacement [length] of all dofs; it is NaN for dofs of which the model has none.
+  !> Computes the displacement [length] of all dofs, shape (n_dofs); it is NaN for dofs of which this part has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -195,7 +198,7 @@ contains
     call fill_condensed_displacement(self, answer%theta, answer%unknowns, displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of this dof.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if this part has none of this dof.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -215,8 +218,9 @@ contains
     text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))
   end function describe
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts; huge for forces that do not
-  !> balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced. Requires: prepare.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts, without the rows of anchors;
+  !> huge for forces that do not balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced.
+  !> Requires: prepare.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -250,7 +254,9 @@ contains
   end function can_certify
 
   !> Sets bound and relative_bound of the answer: bounds of the error of `multipliers`, whichever part found them
-  !> (sig_condensed_certificate). Arguments: no_certificate in sig_reduced. Requires: can_certify.
+  !> (sig_condensed_certificate). Both are huge for forces of another part that do not balance the loads on bodies that only contact
+  !> holds. Arguments: no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them
+  !> last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_condensed_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -286,8 +292,8 @@ contains
     end if
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs without
-  !> displacement. The displacement is linear in the terms and in the unknowns. Arguments: no_changes in sig_reduced.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which this part
+  !> has no displacement. The displacement is linear in the terms and in the unknowns. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -16,7 +16,8 @@ module sig_reduced_exact
   private
   public :: reduced_exact_t, displacement_text, take_forces
 
-  character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they are not unique'
+  character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they ' // &
+    'are not unique, or contacts that touch without a force leave no solution beside this point'
 
   !> Base type of these kinds. Each kind extends it twice: in a file for its data, which completes, checks, writes and reads them,
   !> and in a file for its queries.
@@ -45,7 +46,7 @@ module sig_reduced_exact
 
 contains
 
-  !> Returns the numbers 1, 2, ..., n_rows: the part solves for all contact rows of the model.
+  !> Returns the numbers 1, 2, ..., n_rows: the part gives the forces of all contact rows of the model.
   pure function contact_rows(self) result(numbers)
     class(reduced_exact_t), intent(in) :: self
     integer, allocatable :: numbers(:)
@@ -54,7 +55,8 @@ contains
     numbers = [(i, i=1, self%n_rows())]
   end function contact_rows
 
-  !> Returns 0: there is no basis that the forces depend on. An interpolated part returns the number of its modes instead.
+  !> Returns 0: an answer has no coordinates of modes. This holds for a condensed part with modes, too, whose coordinates follow
+  !> from the forces. An interpolated part returns the number of its modes instead.
   pure integer function n_modes(self)
     class(reduced_exact_t), intent(in) :: self
 
@@ -95,6 +97,7 @@ contains
   !> Whether the part has a displacement of all dofs.
   pure logical function has_whole_field(self, n_dofs)
     class(reduced_exact_t), intent(in) :: self
+    !> number of dofs of the model
     integer, intent(in) :: n_dofs
 
     has_whole_field = self%has_modes() .or. size(self%exact_dofs) == n_dofs
@@ -158,20 +161,20 @@ contains
     call file%read(group // '/start_sets', self%start_sets, error)
   end subroutine read_shared
 
-  !> Computes the multipliers from the unknowns of a condensed problem, and the openings w = W z + q. For an anchor the unknown is
-  !> its opening over `scale` instead of its multiplier, and the complementary value is its multiplier times `scale`.
+  !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q. For an anchor the unknown is its opening
+  !> over `scale` instead of its multiplier, and w is its multiplier times `scale` instead of its opening.
   subroutine take_forces(compliance, free_opening, anchors, scale, opening, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
-    !> [length] q
+    !> [length] q, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: free_opening(:)
     !> rows that are anchors, 1-based among the multipliers
     integer, intent(in) :: anchors(:)
     !> [length/force]
     real(rk), intent(in) :: scale
-    !> [length] w, shape (n_multipliers)
+    !> [length] out: w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> in: unknowns; out: multipliers and what take_all_forces sets
+    !> in: unknowns, [force] z; out: multipliers and what take_all_forces sets
     type(answer_t), intent(inout) :: answer
     integer :: i
 
@@ -186,7 +189,7 @@ contains
     call answer%take_all_forces()
   end subroutine take_forces
 
-  !> Returns a text that says which dofs have displacements, and whether these are exact.
+  !> Returns a text that says at which nodes a part has displacements, and whether these are exact or by modes. It has no line end.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)
     !> boundaries whose nodes are exact; empty where all nodes or no nodes are exact
     type(string_t), intent(in) :: exact_boundaries(:)

@@ -69,7 +69,7 @@ contains
     name = 'hhr'
   end function kind_of
 
-  !> Allocates with size 0 each array that is not allocated (complete_cluster).
+  !> Allocates each array of the data that is not allocated, with size 0 except for lifted_terms (complete_cluster).
   pure subroutine complete(self, sizes)
     class(reduced_hhr_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -77,7 +77,7 @@ contains
     call complete_cluster(self%data, sizes%n_dofs, sizes%n_multipliers)
   end subroutine complete
 
-  !> Returns the name of an array that does not fit the model; empty when all fit (find_hhr_mismatch).
+  !> Returns the name of an array whose shape or values do not fit the model; empty when all fit (find_hhr_mismatch).
   pure function mismatch(self, sizes) result(name)
     class(reduced_hhr_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -87,8 +87,8 @@ contains
   end function mismatch
 
   !> Prepares the fit of the forces, the certificate and, if the stiffness does not depend on the parameters, the system (10).
-  !> Errors: message is allocated if the reduced stiffness is numerically singular. A stiffness that depends on the parameters is
-  !> checked in each query.
+  !> Errors: message is allocated if the reduced stiffness is numerically singular, or if the equations do not determine the forces
+  !> of the anchors (hhr_system_t%create). A stiffness that depends on the parameters is checked in each query.
   subroutine prepare(self, message)
     class(reduced_hhr_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -134,7 +134,7 @@ contains
     end select
   end subroutine solve
 
-  !> Solves with the equations of the point, where the stiffness depends on the parameters.
+  !> Makes the equations (10) of the point, where the stiffness depends on the parameters, and solves them (solve_from_sets).
   subroutine solve_varying(self, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -150,8 +150,9 @@ contains
     if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
   end subroutine solve_varying
 
-  !> Solves from the active set of the nearest training point; without this set from the rows that penetrate without contact forces.
-  !> If there is an answer, and the set of near%opposite is known and differs, looks for a second solution from that set.
+  !> Solves from the active set of the nearest training point; without this set from the rows with a negative q, which penetrate
+  !> without contact forces. If there is an answer, and the set of near%opposite is known and differs, it looks for a second
+  !> solution from that set.
   subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     !> system whose response is in the room
@@ -182,18 +183,18 @@ contains
     end associate
   end subroutine solve_from_sets
 
-  !> Looks for a second solution from another active set. If there is one, n_solutions becomes 2, and it is the answer if the judge
-  !> finds a smaller energy of all forces; without a judge the first solution stays.
+  !> Looks for a second solution from another active set. If there is one, n_solutions becomes 2, and the second solution becomes
+  !> the answer if the judge finds a smaller energy of all its forces; without a judge the first solution stays.
   !>
-  !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces are the minimum
-  !> of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, W and q those of all contacts, and
-  !> E(lambda_r) - E(lambda) = 1/2 |lambda_r - lambda|^2 in the norm of W + lambda_r' w(lambda), which is not negative.
+  !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces lambda are the
+  !> minimum of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, with W and q of all contacts. For other forces
+  !> lambda_r >= 0, E(lambda_r) - E(lambda) = 1/2 (lambda_r - lambda)' W (lambda_r - lambda) + lambda_r' w(lambda) >= 0.
   subroutine look_for_other(self, system, theta, judge, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     class(reduced_t), pointer, intent(in) :: judge
-    !> in: its start is the other active set
+    !> in: response of the point; `solution` is the first solution, and `start` is the other active set
     type(hhr_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
     real(rk) :: energy
@@ -283,7 +284,7 @@ contains
     n_modes = self%data%n_modes
   end function n_modes
 
-  !> Writes the part to a group of a model file (write_cluster).
+  !> Writes the part to a group of a model file (write_cluster). Arguments: write_part in sig_reduced.
   subroutine write(self, file, group, length, force)
     class(reduced_hhr_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
@@ -294,7 +295,7 @@ contains
     call write_cluster(file, group, self%data, length, force)
   end subroutine write
 
-  !> Reads the part from a group of a model file (read_cluster).
+  !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank (read_cluster).
   subroutine read(self, file, group, error)
     class(reduced_hhr_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
@@ -350,9 +351,9 @@ contains
     starts_from_two_sides = .true.
   end function starts_from_two_sides
 
-  !> Sets gamma, the forces of the domain and their status to those under contact forces that another part found at the same point.
-  !> The anchors of this part count as closed, because forces do not determine the place of their bodies. gamma is NaN where the
-  !> reduced stiffness of the point is singular. Requires: solve at this point with this room.
+  !> Sets gamma (coordinates), the forces of the domain and is_active of the answer to those under the forces of all contacts that
+  !> another part found at the same point. The anchors of this part count as closed, because forces do not determine the place of
+  !> their bodies. gamma is NaN if solve found no equations (reason_singular). Requires: solve at this point with this room.
   subroutine displace_under(self, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     class(room_t), intent(inout) :: room
@@ -372,15 +373,16 @@ contains
     end select
   end subroutine displace_under
 
-  !> Whether the part has a certificate of its own; it has one where W of all contacts was too large to keep.
+  !> Whether the part has a certificate of its own. Training makes one only in models that have a max_error but no fallback.
   pure logical function can_certify(self)
     class(reduced_hhr_t), intent(in) :: self
 
     can_certify = self%certificate%is_there
   end function can_certify
 
-  !> Bounds the error of the part's own answer; forces that another part found get no bound. Arguments: no_certificate in
-  !> sig_reduced. Requires: can_certify, and that the last call of fill_multipliers with this room was for this answer.
+  !> Bounds the error of the part's own answer, if its forces are a combination that has a bound (certify of
+  !> sig_lifted_certificate). Forces that another part found get no bound. Arguments: no_certificate in sig_reduced. Requires:
+  !> can_certify, and that the last call of fill_multipliers with this room was for this answer.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -77,8 +77,9 @@ contains
     name = 'interpolated'
   end function kind_of
 
-  !> Prepares the polynomials of the interpolations, and factors W at mu_0 if the displacement bound needs it; there is no such
-  !> bound if this W is not positive definite. There are no errors: message stays unallocated.
+  !> Prepares the polynomials of the interpolations. If the data have W at mu_0 (middle_compliance), it is factored without the
+  !> anchors for bound_displacement, which gives no bound if this W is not positive definite. There are no errors: message stays
+  !> unallocated.
   subroutine prepare(self, message)
     class(reduced_interpolated_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -111,9 +112,9 @@ contains
 
   !> Solves the complementarity problem of all contacts with W and q of the point. It starts from the active set of the nearest
   !> training point or, without one, from all contacts closed. In a model with modes it then computes the displacement by modes and
-  !> bounds its error (bound_displacement); certify replaces this bound where the forces have one. Without an answer the reason is
-  !> that of solve_lcp, reason_no_material for impossible elastic constants, or reason_pulled_off if the loads pull a body off its
-  !> contacts. Arguments: solve_at in sig_reduced; `judge` is not used.
+  !> bounds its error if it can (bound_displacement); certify replaces this bound where the forces have one. Without an answer the
+  !> reason is that of solve_lcp, or reason_no_material for impossible elastic constants; in a problem with anchors reason_ray
+  !> becomes reason_pulled_off. Arguments: solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -144,11 +145,12 @@ contains
     end select
   end subroutine solve
 
-  !> Bounds the error of the displacement without a bound of the forces; without middle_factor there is no bound. The error of the
-  !> forces is at most |delta|_{W^-1}, where delta are the errors of the interpolated openings. delta is the sum of rho, the
-  !> difference of the openings by modes and the interpolated ones, and of the errors of the openings by modes, whose norm is at
-  !> most that of the residual r. So |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},  W >= W(mu_0) / b,  b = the largest K / K(mu_0) of
-  !> the bodies.
+  !> Sets displacement_bound and relative_displacement_bound of the answer; no bound of the forces is needed. If middle_factor is
+  !> empty, nothing changes. The error of the forces is at most |delta|_{W^-1}, where delta are the errors of the interpolated
+  !> openings. delta is the sum of rho, which are the openings by modes less the interpolated ones, and of the errors of the
+  !> openings by modes. The norm of these errors is at most that of the residual r. So |u_r - u|_K <= 2 |r|_{K^-1} + |rho|_{W^-1},
+  !> to which rounding is added. In it W >= W(mu_0) / b, where b is the largest K / K(mu_0) of the bodies. Requires: solve_modes
+  !> gave room%residual and room%field_size.
   subroutine bound_displacement(self, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     type(interpolated_room_t), intent(in) :: room
@@ -171,7 +173,7 @@ contains
       self%rounding() * size_of_field, size_of_field)
   end subroutine bound_displacement
 
-  !> Computes the displacement [length] of all dofs; it is NaN for dofs of which the model has none.
+  !> Computes the displacement [length] of all dofs, shape (n_dofs); it is NaN for dofs of which this part has none.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -180,7 +182,7 @@ contains
     call fill_interpolated_displacement(self, answer%theta, answer%unknowns, answer%coordinates, displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, 1-based; NaN if the model has none of this dof.
+  !> Returns the displacement [length] of one dof, 1-based; NaN if this part has none of this dof.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -218,10 +220,10 @@ contains
   end function can_certify
 
   !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
-  !> was solved except for rounding; a model with modes bounds the displacement, too. With u(lambda_r) the displacement under these
-  !> forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, and the last part equals the error of the forces, |lambda_r
-  !> - lambda|_W. Forces that another part found get no bound if there are anchors. Arguments: no_certificate in sig_reduced.
-  !> Requires: can_certify; for own forces, that solve with this room found them last.
+  !> was solved except for rounding. For own forces a model with modes bounds the displacement, too: with u(lambda_r), the
+  !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, where the last term equals the
+  !> error of the forces, |lambda_r - lambda|_W. Forces that another part found get no bound if there are anchors. Arguments:
+  !> no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -245,8 +247,8 @@ contains
     end select
   end subroutine certify
 
-  !> Sets bound and relative_bound for forces that another part found (bound_foreign_forces); with anchors nothing changes.
-  !> Arguments: no_certificate in sig_reduced.
+  !> Sets bound and relative_bound of the answer for forces that another part found (bound_foreign_forces); with anchors nothing
+  !> changes. Arguments: no_certificate in sig_reduced. Requires: can_certify.
   subroutine certify_foreign(self, multipliers, room, answer)
     type(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)
@@ -265,8 +267,9 @@ contains
     end select
   end subroutine certify_foreign
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts (interpolated_energy); huge
-  !> for forces that do not balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts, without the rows of anchors
+  !> (interpolated_energy); huge for forces that do not balance the loads on bodies that only contact holds. Arguments:
+  !> energy_unknown in sig_reduced. Requires: prepare.
   real(rk) function energy(self, theta, multipliers, opening)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -276,8 +279,8 @@ contains
     energy = interpolated_energy(self, theta, multipliers, opening)
   end function energy
 
-  !> Returns sqrt(lambda' W lambda) [sqrt(force*length)] with closed anchors, for the W in the room, which is that of the point that
-  !> was solved or certified last.
+  !> Returns the size sqrt(lambda' W lambda) [sqrt(force*length)] of forces, with closed anchors: forces on anchors do not count. W
+  !> is the one that solve, or certify for forces of another part, left in the room.
   real(rk) function size_in_energy(self, room, multipliers) result(size_of_forces)
     class(reduced_interpolated_t), intent(in) :: self
     class(room_t), intent(in) :: room
@@ -332,8 +335,8 @@ contains
     if (is_singular) message = not_unique
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which the model
-  !> has none. Arguments: no_changes in sig_reduced.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which this part
+  !> has no displacement. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer

@@ -14,7 +14,7 @@ module sig_reduced_kinds
 
 contains
 
-  !> Makes a reduced model of the named kind; it stays unallocated where the name is unknown.
+  !> Makes a reduced model without data, of the kind with this name (kind_names); it stays unallocated if the name is unknown.
   subroutine create_reduced(kind, reduced)
     character(*), intent(in) :: kind
     class(reduced_t), allocatable, intent(out) :: reduced

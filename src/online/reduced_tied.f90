@@ -67,7 +67,8 @@ contains
     name = 'tied'
   end function kind_of
 
-  !> Computes for each cluster the list of its changing rows and their matrix. There are no errors: message stays unallocated.
+  !> Computes for each cluster the list of its changing rows and their matrix, which is `operator` in these rows, made exactly
+  !> symmetric. There are no errors: message stays unallocated.
   subroutine prepare(self, message)
     class(reduced_tied_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -96,9 +97,9 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves in the cluster of the nearest training point, then in the others one after the other, until one can answer. If none can,
-  !> reason tells why the last one could not: reason_outside, or that of solve_lcp. The arguments are those of solve_at in
-  !> sig_reduced; `judge` is not used.
+  !> Solves in the cluster of the nearest training point, then in the others one after the other, until one can answer. Without a
+  !> nearest training point the first cluster comes first. If none can answer, the reason tells why the last one could not:
+  !> reason_outside, or that of solve_lcp. The arguments are those of solve_at in sig_reduced; `judge` is not used.
   subroutine solve(self, theta, near, judge, room, answer)
     class(reduced_tied_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -123,8 +124,9 @@ contains
     end select
   end subroutine solve
 
-  !> Solves for the changing rows of a cluster, then checks its other rows. reason_outside: one of these has the wrong sign. With an
-  !> answer, row_cluster becomes this cluster.
+  !> Solves for the changing rows of a cluster from the active set in room%start, then checks its other rows (is_inside). The reason
+  !> is that of solve_lcp, or reason_outside if another row has the wrong sign. With an answer, row_cluster becomes this cluster,
+  !> and the forces of all contacts are set.
   subroutine solve_cluster(self, i, theta, room, answer)
     class(reduced_tied_t), intent(in) :: self
     !> number of the cluster, 1-based
@@ -154,11 +156,12 @@ contains
     call answer%take_all_forces()
   end subroutine solve_cluster
 
-  !> Whether the forces of closed rows are not negative, and open rows do not penetrate, except for 1e-10 of the largest force or
-  !> opening.
+  !> Whether the forces of closed rows are not negative, and open rows do not penetrate. Changing rows are not checked. A negative
+  !> force counts as rounding up to 1e-10 of the largest force on closed rows, and a penetration up to 1e-10 of the largest opening
+  !> of the other rows, changing ones included (absolute values).
   pure logical function is_inside(cluster, rows)
     type(tied_cluster_t), intent(in) :: cluster
-    !> forces of closed rows, openings of the others
+    !> [force] of closed rows, [length] openings of the others, shape (n_multipliers)
     real(rk), intent(in) :: rows(:)
     real(rk) :: largest(0:2), smallest(0:2)
     integer :: k, kind

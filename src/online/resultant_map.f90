@@ -43,7 +43,7 @@ module sig_resultant_map
 
 contains
 
-  !> Returns the number of entries of the deck's contact section; 0 in older files.
+  !> Returns the number of entries of the deck's contact section; 0 for a model from an older file. Requires: complete.
   pure integer function n_entries(self)
     class(resultant_map_t), intent(in) :: self
 
@@ -57,9 +57,10 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Computes for each entry the area of the contacts whose multiplier is larger than rounding (least_force: 1e-12 of the largest),
-  !> and the resultant force, and moment about the origin, on the first surface. If a multiplier is not a number, the results of its
-  !> entry are not numbers either. It allocates nothing.
+  !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those whose multiplier is
+  !> larger than 1e-12 of the largest multiplier of all contacts (least_force), and the resultant force, and moment about the
+  !> origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is not a number, the results of its entry
+  !> are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
@@ -89,7 +90,7 @@ contains
   end subroutine evaluate
 
   !> Returns the moments [force*length], about the origin, of the forces on both surfaces of each entry together, shape (n_moments,
-  !> n_entries): 0 where the two surfaces balance, NaN for a model from an older file.
+  !> n_entries): 0, except for rounding, where the two surfaces balance, and 0 for an obstacle; NaN for a model from an older file.
   pure function imbalances(self, multipliers)
     class(resultant_map_t), intent(in) :: self
     !> [force] shape (n_multipliers)
@@ -109,6 +110,7 @@ contains
   !> missing.
   pure subroutine complete(self, n_dim)
     class(resultant_map_t), intent(inout) :: self
+    !> number of dimensions of the model
     integer, intent(in) :: n_dim
 
     call fill_missing(self%names)
@@ -119,8 +121,8 @@ contains
     allocate (self%unit_imbalances(moments_of(n_dim), size(self%entries)), source=ieee_value(1.0_rk, ieee_quiet_nan))
   end subroutine complete
 
-  !> Whether shapes, entries and values fit a model with these numbers; a map without names must be empty. Requires: complete, n_dim
-  !> of 2 or 3.
+  !> Whether shapes, entries and values fit a model with these numbers; a map without names must be empty. Values must be finite;
+  !> only unit_imbalances may be NaN. Requires: complete, n_dim of 2 or 3.
   pure logical function fits(self, n_dim, n_multipliers)
     class(resultant_map_t), intent(in) :: self
     integer, intent(in) :: n_dim
@@ -161,10 +163,11 @@ contains
   end subroutine write
 
   !> Reads the map from the group /contact, then completes it (complete); all arrays become empty if the file has no map. Errors: a
-  !> dataset is missing, or has another type or rank.
+  !> dataset other than unit_imbalances is missing, or a dataset has another type or rank.
   subroutine read(self, file, n_dim, error)
     class(resultant_map_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
+    !> number of dimensions of the model
     integer, intent(in) :: n_dim
     type(error_t), allocatable, intent(inout) :: error
 

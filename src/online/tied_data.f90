@@ -48,7 +48,8 @@ module sig_tied_data
 
 contains
 
-  !> Allocates with size 0 each array of this type that is not allocated.
+  !> Allocates with size 0 each array of this type and of its base types that is not allocated. The arrays of a cluster stay as they
+  !> are.
   pure subroutine complete(self, sizes)
     class(tied_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -58,7 +59,8 @@ contains
     call fill_missing(self%cluster_of_point)
   end subroutine complete
 
-  !> Returns the name of an array of this type whose shape or values do not fit the model; empty when all fit. Requires: complete.
+  !> Returns the name of an array of this type, of its base types or of a cluster, whose shape or values do not fit the model;
+  !> `tied` if there are no clusters, and empty when all fit. Requires: complete; the arrays of the clusters are allocated.
   pure function mismatch(self, sizes) result(name)
     class(tied_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -116,8 +118,8 @@ contains
     end do
   end subroutine write
 
-  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If the group of a
-  !> cluster is missing, `clusters` becomes empty; mismatch reports this.
+  !> Reads the data from a group of a model file. The number of clusters is the largest one in cluster_of_point. Errors: a dataset
+  !> is missing, or has another type or rank. If the group of a cluster is missing, `clusters` becomes empty; mismatch reports this.
   subroutine read(self, file, group, error)
     class(tied_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
