@@ -13,9 +13,9 @@ module sig_deck_check_contact
 
 contains
 
-  !> Checks one entry of the section contact: it must have two different surfaces that no entry before it has, in either order; and
-  !> its obstacle, or its direction, pairing_tolerance, search_distance and initial_gap, must be valid. Names and places in the mesh
-  !> are checked when the mesh is read.
+  !> Checks one entry of the section contact. With an obstacle: as check_obstacle describes. Without one: its two surfaces must
+  !> differ, and no entry before it may have the same two, in either order; its direction (if given), pairing_tolerance,
+  !> search_distance and initial_gap (if given) must be valid. Names of surfaces are checked when the mesh is read.
   subroutine check_contact(tree, config, i_contact)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -71,12 +71,15 @@ contains
     end if
   end subroutine check_direction
 
-  !> Checks an obstacle. Its place needs finite components, one for each axis; nothing else is checked if their number is wrong. A
-  !> half space needs a valid normal, and check_level; a sphere a valid direction, a radius above 0, and check_on_axis.
+  !> Checks an obstacle. Its point or center needs finite components, one for each axis; nothing else is checked if their number
+  !> is wrong. A half space must have a valid normal; a sphere a radius above 0 and, in the entry, a valid direction. In an
+  !> axisymmetric model check_level and check_on_axis say what else must hold. Vectors that could not be read are not checked.
   subroutine check_obstacle(tree, path, config, entry)
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the contact entry
     character(*), intent(in) :: path
     type(deck_config_t), intent(in) :: config
+    !> the contact entry, which has an obstacle
     type(contact_config_t), intent(in) :: entry
     type(mechanical_model_t) :: model
     character(:), allocatable :: key
@@ -106,10 +109,13 @@ contains
     end associate
   end subroutine check_obstacle
 
-  !> Checks that a half space in an axisymmetric model is normal to the axis: the radial component of its normal is exactly 0.
+  !> Checks that the face of a half space is normal to the axis of an axisymmetric model: the radial component of its normal is
+  !> exactly 0. Does nothing if the normal has not two components. Requires: the model is axisymmetric.
   subroutine check_level(tree, path, normal)
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the normal
     character(*), intent(in) :: path
+    !> components r and z
     real(rk), intent(in) :: normal(:)
 
     if (size(normal) /= 2) return
@@ -117,12 +123,15 @@ contains
       '; in an axisymmetric model a half space must be normal to the axis', 'write normal: [0, 1] or [0, -1]')
   end subroutine check_level
 
-  !> Checks that a sphere in an axisymmetric model has its center on the axis: r is a constant and exactly 0.
+  !> Checks that the center of a sphere lies on the axis of an axisymmetric model: its coordinate r is a constant and exactly 0.
+  !> Requires: the model is axisymmetric.
   subroutine check_on_axis(tree, path, radius, unit)
     type(deck_tree_t), intent(inout) :: tree
+    !> key path of the coordinate r
     character(*), intent(in) :: path
-    !> coordinate r of the center
+    !> coordinate r of the center, not the radius of the sphere
     type(value_config_t), intent(in) :: radius
+    !> unit of length for the message, without a blank before it
     character(*), intent(in) :: unit
     character(*), parameter :: rule = '; in an axisymmetric model the center must lie on the axis r = 0'
 

@@ -42,9 +42,9 @@ contains
     end associate
   end subroutine check_imposed_strain
 
-  !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place. Otherwise
-  !> each integration point would need a term of its own. Adds an error that names the first factor that depends on both parameters
-  !> and place.
+  !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place, as
+  !> split_products finds them. Otherwise each integration point would need a term of its own. The error names the first factor that
+  !> depends on both parameters and place.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
@@ -60,6 +60,7 @@ contains
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
     if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
       'each factor may name parameters or coordinates, but ' // shown(factor) // ' names both', &
-      'write out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2')
+      'write out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
+      'exp(-a * x^2), cannot be used')
   end subroutine check_products
 end module sig_deck_check_strains

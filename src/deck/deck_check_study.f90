@@ -18,7 +18,8 @@ module sig_deck_check_study
 
 contains
 
-  !> Checks solver, training, test, reduction, validation, clusters, output and petsc_options.
+  !> Checks values and combinations of values in solver, training, test, reduction, validation, clusters, output and petsc_options,
+  !> as far as they were not checked when they were read and no mesh is needed.
   subroutine check_study(tree, config)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -28,7 +29,7 @@ contains
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
     if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
-      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: active_set or snesvi')
+      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: auto, active_set or snesvi')
     if (config%greedy%is_used) then
       call check_point_set(tree, 'training.greedy.candidates', config%parameters, config%training)
       call check_greedy(tree, config%greedy, config%training)
@@ -153,7 +154,7 @@ contains
       call check_point_set(tree, 'clusters.target.candidates', config%parameters, clusters%target%candidates)
       if (clusters%number > 0 .and. .not. clusters%refine%is_used) call tree%report_at('clusters.target', &
         'is given for a fixed number of clusters; it goes with number: auto, or with refine', &
-        'refine: {max_points: 100} adds snapshots and splits clusters until the target is met')
+        'refine: {max_points: 100} adds up to 100 snapshots and splits clusters to meet the target')
     end associate
   end subroutine check_target
 
@@ -165,12 +166,12 @@ contains
       'it needs clusters.target', &
       'for example: target: {error: 0.05, candidates: {sobol: 200}}')
     if (clusters%refine%max_points < 0) call tree%report_at('clusters.refine.max_points', 'is ' // &
-      to_text(clusters%refine%max_points) // '; it must be at least 0', 'with 0 clusters are split and no snapshots are added')
+      to_text(clusters%refine%max_points) // '; it must be at least 0', 'max_points: 0 only splits clusters and adds no snapshots')
     if (clusters%number > clusters%max_number) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
       '; it must be at most max_number, which is ' // to_text(clusters%max_number))
   end subroutine check_refine
 
-  !> Returns the number of points of a set, at most max_points for a grid; huge if a file has the points, because their number is
+  !> Returns the number of points of a set, but 1000000 for a larger grid; huge if a file has the points, because their number is
   !> not known yet, or if there is no set.
   pure integer function n_points_of(points) result(n_points)
     type(point_set_config_t), intent(in) :: points
@@ -234,10 +235,11 @@ contains
     end do
   end subroutine check_output_points
 
-  !> Checks that each option has a known prefix, and that each value follows an option, which has at most one value. is_option says
-  !> which words are options. Stops at the first value that follows no option.
+  !> Checks that each option begins with -fom_, -active_set_, -vi_ or -pod_, and that each value directly follows an option.
+  !> is_option says which words are options; all others are values. Stops at the first value that does not follow an option.
   subroutine check_petsc_options(tree, options)
     type(deck_tree_t), intent(inout) :: tree
+    !> options and values with blanks between them
     character(*), intent(in) :: options
     type(string_t), allocatable :: words(:)
     integer :: i
@@ -253,7 +255,7 @@ contains
       else
         if (.not. is_value_allowed) then
           call tree%report_at('petsc_options', 'has ' // shown(words(i)%text) // &
-            '; write an option (such as -fom_ksp_rtol), and behind it its value')
+            '; write each option with its minus sign, and at most one value behind it, as in -fom_ksp_rtol 1e-8')
           return
         end if
         is_value_allowed = .false.
@@ -261,9 +263,9 @@ contains
     end do
   end subroutine check_petsc_options
 
-  !> Returns a complaint about the first option `..._pc_type` whose value is neither cholesky nor lu, because answers would lose
-  !> accuracy. The text is empty if there is none, or if `linear` is gamg. It begins with option and value, as in
-  !> `-fom_pc_type jacobi; it must be ...`.
+  !> Returns a complaint about the first option with `_pc_type` in its name and a value other than cholesky and lu, because answers
+  !> would lose accuracy. The next word counts as the value; an option at the end is not checked. The complaint begins with option
+  !> and value, as in `-fom_pc_type jacobi; it must be ...`. It is empty if there is no such option, or if `linear` is gamg.
   pure function complaint_about_options(options, linear) result(complaint)
     !> names and values with blanks between them
     character(*), intent(in) :: options
@@ -294,7 +296,8 @@ contains
     words = pack(words, [(len(words(i)%text) > 0, i=1, size(words))])
   end function words_of
 
-  !> Whether a word begins with a minus sign and no digit or point follows, so that `-1e-3` counts as a value.
+  !> Whether a word has a minus sign and behind it a character other than a digit or a point, so that `-1e-3` counts as a value. A
+  !> minus sign alone is no option.
   pure logical function is_option(word)
     character(*), intent(in) :: word
 

@@ -29,7 +29,7 @@ contains
     if (has_box(parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, parameters, value)
   end subroutine check_field
 
-  !> Whether the ranges of all parameters are known and not empty.
+  !> Whether min and max of all parameters could be read and each min is less than its max.
   pure logical function has_box(parameters)
     type(parameter_config_t), intent(in) :: parameters(:)
 
@@ -75,7 +75,8 @@ contains
 
   !> Checks that an expression is finite, and within its bounds if there are any, at the middle and at the corners of the box, where
   !> divisions by zero are likely. Corners differ in the first 10 parameters of the expression; all other parameters are at their
-  !> minimum there. Adds an error for the first of these points where it is not. A constant is not checked.
+  !> minimum there. Adds an error for the first of these points where it is not. Not checked: a constant, and an expression with a
+  !> name that is no parameter or cannot be used.
   subroutine check_finite(tree, path, parameters, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
@@ -122,7 +123,7 @@ contains
     call expression%destroy()
   end subroutine check_finite
 
-  !> Returns a point as text, `squeeze = 0.15 m, angle = 2.0`.
+  !> Returns a point as text, `squeeze = 0.15 m, angle = 2.0`. All parameters are there, with their units if they have one.
   pure function point_text(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), intent(in) :: point(:)

@@ -26,7 +26,8 @@ module sig_deck_checks
 
 contains
 
-  !> Checks all sections of a configuration. Values that could not be read must have harmless values in their place.
+  !> Checks what reading a deck does not check and what needs no mesh: names of parameters, ranges of values, and values that
+  !> exclude each other. Requires: values that could not be read have harmless values in their place.
   subroutine check_deck(tree, config)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree

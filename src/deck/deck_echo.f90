@@ -18,8 +18,8 @@ module sig_deck_echo
 
 contains
 
-  !> Returns the whole deck with all defaults as YAML; each line ends with a line end. Sections and keys without a default that the
-  !> deck does not have, such as test, are left out.
+  !> Returns the whole deck with all defaults as YAML; each line ends with a line end. Sections and keys that the deck does not have
+  !> and that have no default value, such as test, are left out.
   pure function echo_deck(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -40,9 +40,10 @@ contains
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
 
-  !> Returns the settings that determine the full-order answer at a parameter point, without the contents of files. A snapshot's
-  !> provenance is the hash of this text, of the mesh and of the fields, which the caller adds. Settings that change no answer are
-  !> left out, such as the ranges of the parameters and the path of the mesh file.
+  !> Returns the settings that determine the full-order answer at a parameter point: units, the mesh's model and length_unit, names
+  !> of the parameters, and what body_sections returns. All else is left out, such as the ranges of the parameters, the solver, and
+  !> path and content of the mesh file. A snapshot's provenance is the hash of this text, of the mesh and of the fields, which the
+  !> caller adds.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
@@ -55,9 +56,10 @@ contains
     text = text // body_sections(config)
   end function echo_physics
 
-  !> Returns this deck's first line of the sections parameters, clusters, reduction and certificate that is different in another
-  !> deck with all defaults, without the blanks around it; empty if none is. A line whose first key begins no line of the other deck
-  !> does not count as different: the key belongs to a later version. The sections clusters and certificate have one line each.
+  !> Returns the first line of this deck's sections parameters, clusters, reduction and certificate (with all defaults, in this
+  !> order) that is not a line of another deck, without the blanks around it; empty if there is none. A line whose first key begins
+  !> no line of the other deck does not count: the key belongs to a later version. The sections clusters and certificate have one
+  !> line each. Requires: both decks have the same parameters.
   pure function differing_setting(config, other_deck) result(setting)
     type(deck_config_t), intent(in) :: config
     !> text from echo_deck of this version or of an older one
@@ -85,7 +87,8 @@ contains
     yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
   end function units_section
 
-  !> Returns the sections materials, boundary_conditions, loads and imposed_strains (the last two if there are any), and contact.
+  !> Returns the sections materials, boundary_conditions, loads, imposed_strains and contact as YAML; each line ends with a line
+  !> end. Without loads the section loads is left out, and so is imposed_strains without imposed strains.
   pure function body_sections(config) result(yaml)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
@@ -143,11 +146,12 @@ contains
       component_mapping(condition%axes, condition%is_prescribed, condition%displacement) // '}'
   end function boundary_entry
 
-  !> Returns the given components, `{x: 0.0, y: push}`.
+  !> Returns the components for which is_given is true, `{x: 0.0, y: push}`.
   pure function component_mapping(axes, is_given, values) result(yaml)
+    !> names of the components
     character(*), intent(in) :: axes(:)
     logical, intent(in) :: is_given(:)
-    !> one for each axis
+    !> one for each component
     type(value_config_t), intent(in) :: values(:)
     character(:), allocatable :: yaml
     type(string_t) :: components(count(is_given))

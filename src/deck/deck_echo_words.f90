@@ -32,10 +32,11 @@ contains
     if (tolerance > 0) yaml = to_text(tolerance)
   end function tolerance_or_none
 
-  !> Returns a text for YAML. The text is unchanged if YAML, also inside { }, can only read it as this text: it is not empty, has no
-  !> special character, does not end with a blank, and is no decimal number, no word such as true, no or null, and not one of
-  !> is_other_number. Otherwise it is in double quotes, with a backslash before each double quote and backslash in it. Requires: the
-  !> text has no line end.
+  !> Returns a text for YAML. The text is unchanged if YAML, also inside { }, can only read it as this text. Then it begins with a
+  !> letter, a digit or one of _ . / (, perhaps behind a minus sign, and goes on with these, blanks and - + * ^ ) < > =. It does
+  !> not end with a blank, and is no decimal number, no word such as true, y or null, and not one of is_other_number. Any other
+  !> text, such as an empty one or one with accents, is put in double quotes, and in it a backslash before each double quote and
+  !> backslash. Requires: the text has no line end.
   pure function yaml_text(text) result(yaml)
     character(*), intent(in) :: text
     character(:), allocatable :: yaml

@@ -18,9 +18,10 @@ module sig_deck_option_safety
 contains
 
   !> Returns a complaint about a quotation mark, tab or line end anywhere in the text, or else about the first option that may write
-  !> a file or run code, beginning with the option in lower case. It is empty if there is nothing to complain about.
+  !> a file or run code; this complaint begins with the option in lower case, and its value if that is the reason. It is empty if
+  !> there is nothing to complain about.
   pure function complaint_about_writing(options) result(complaint)
-    !> options of the deck: names with their values, between blanks
+    !> options of the deck: names and values with blanks between them
     character(*), intent(in) :: options
     character(:), allocatable :: complaint
     type(string_t), allocatable :: words(:)
@@ -47,7 +48,8 @@ contains
 
   !> Whether the output of an option may go to a file. It goes to the terminal for `ascii`, `::ascii_info` and `ascii::ascii_info`.
   !> A word after one colon is the name of a file. Viewers of other kinds write to a file by default. A value without a colon counts
-  !> only if the option shows something (`showing`), and not if it is a number or one of true, false, yes and no.
+  !> only if the option's name has view, monitor, reason, draw or save in it, and not if it is ascii, a number, or one of true,
+  !> false, yes and no.
   pure logical function names_file(name, value)
     !> option in lower case; empty for a value before all options
     character(*), intent(in) :: name

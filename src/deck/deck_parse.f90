@@ -17,9 +17,9 @@ module sig_deck_parse
 
 contains
 
-  !> Makes the tree of a deck. If tree%errors is not empty afterwards, the nodes must not be used. Errors, at most 20: not valid
-  !> YAML, duplicate keys, YAML that a deck may not use (such as anchors, tags, tabs as indentation, several documents), too many or
-  !> too deeply nested entries, an empty deck, a deck that is not a mapping, not enough memory.
+  !> Makes the tree of a deck. If tree%errors is not empty afterwards, the nodes must not be used. Errors, at most 20: bytes that
+  !> are not UTF-8 text, not valid YAML, duplicate keys, YAML that a deck may not use (such as anchors, tags, tabs as indentation,
+  !> several documents), too many or too deeply nested entries, an empty deck, a deck that is not a mapping, not enough memory.
   subroutine parse_deck(path, text, tree)
     !> file name for messages
     character(*), intent(in) :: path
@@ -78,7 +78,8 @@ contains
     call tree%errors%add(error)
   end subroutine report
 
-  !> Returns a hint for the most frequent mistakes that make a deck invalid YAML; empty for others.
+  !> Returns a hint for three mistakes that make a deck invalid YAML: an expression with ? : or a text with a colon and a blank
+  !> without quotes, and a faulty list or mapping in brackets. The hint is empty for others, and if there is no such line.
   pure function hint_for_slip(message, text, line) result(hint)
     !> libfyaml's message
     character(*), intent(in) :: message

@@ -19,8 +19,8 @@ module sig_deck_read_clusters
 
 contains
 
-  !> Reads the section clusters. Without it, or for keys that are missing, sets or keeps the defaults; but a section without
-  !> `number` is an error.
+  !> Reads the section clusters. Without it, or for keys that are missing, sets or keeps the defaults. Errors: a section without
+  !> `number`, unknown keys, faulty values.
   subroutine read_clusters(tree, parameters, clusters)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -54,8 +54,9 @@ contains
     call tree%close_mapping(i_clusters)
   end subroutine read_clusters
 
-  !> Reads the key target: the target error, and the points where it is measured. Without the key sets only defaults. Errors: error
-  !> or candidates are missing (the error is then 1), unknown keys, faulty values.
+  !> Reads the key target: the target error, its measure and statistic, and the points where it is measured. Without the key, or if
+  !> its value is no mapping (an error), sets only defaults. Other errors: its key error or candidates is missing, unknown keys,
+  !> faulty values. target%error is 1 where the key error is missing or no number.
   subroutine read_target(tree, i_clusters, parameters, target)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_clusters

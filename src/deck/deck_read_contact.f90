@@ -71,7 +71,8 @@ contains
     call read_vector(tree, i_list, contact%direction)
   end subroutine read_direction
 
-  !> Reads a list of numbers. If an entry is not a number, the vector stays empty, so that its length is not checked.
+  !> Reads a list of numbers. If an entry is not a number, adds an error and leaves the vector as it is. Callers give an empty
+  !> vector, whose length is then not checked.
   subroutine read_vector(tree, i_list, vector)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_list
@@ -107,8 +108,8 @@ contains
     if (.not. is_valid) contact%initial_gap%is_constant = .true.
   end subroutine read_initial_gap
 
-  !> Reads an obstacle and the direction to it. The direction of a half space is opposite to its normal; for a sphere the contact
-  !> entry must have the key direction.
+  !> Reads the obstacle of a contact entry and the direction to it. The direction of a half space is opposite to its normal; for a
+  !> sphere the contact entry must have the key direction. Errors: missing or unknown keys, faulty values.
   subroutine read_obstacle(tree, i_entry, contact)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry

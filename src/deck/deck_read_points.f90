@@ -20,7 +20,7 @@ module sig_deck_read_points
 contains
 
   !> Reads the section training or test: one kind of point set, its seed and its groups, for training also stiffness. Errors: no
-  !> kind of point set or several, a seed for a kind without one, faulty values.
+  !> kind of point set or several, a seed for a kind without one, unknown keys, faulty values.
   subroutine read_point_set(tree, key, parameters, is_there, points, greedy)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -51,8 +51,9 @@ contains
     call check_kind(tree, i_section, key, point_sets(:merge(5, 4, present(greedy))))
   end subroutine read_point_set
 
-  !> Reads the greedy selection of a section, if there is one; its candidates then replace `candidates`. Errors: those of
-  !> read_candidates, neither tolerance nor max_points, batch with the indicator projection, unknown keys, faulty values.
+  !> Reads the greedy selection of the section training, if there is one; its candidates then replace `candidates`, but for line and
+  !> column. Otherwise sets greedy%is_used to false and the default indicator. Errors: those of read_candidates, neither of the keys
+  !> tolerance and max_points, batch with the indicator projection, unknown keys, faulty values.
   subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
@@ -86,7 +87,7 @@ contains
   end subroutine read_greedy
 
   !> Reads the required key `candidates` of a mapping: a set of points without groups. Errors: the key is missing (the candidates
-  !> are unchanged), no kind of point set or several, a seed for a kind without one, faulty values.
+  !> are unchanged), no kind of point set or several, a seed for a kind without one, unknown keys, faulty values.
   subroutine read_candidates(tree, i_parent, path, parameters, candidates)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -128,6 +129,7 @@ contains
   subroutine check_kind(tree, i_section, key, kinds)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
+    !> key path of the section for messages
     character(*), intent(in) :: key
     !> kinds that are allowed
     character(*), intent(in) :: kinds(:)
@@ -150,8 +152,8 @@ contains
     end if
   end subroutine check_kind
 
-  !> Reads a whole number of at least 1 below a key; unchanged if the key is missing. Errors: not a whole number (then it is 1), or
-  !> below 1.
+  !> Reads a whole number of at least 1 below a key; unchanged if the key is missing. Errors: not a whole number (n_points is then
+  !> 1), or below 1 (n_points is then this number).
   subroutine read_count(tree, i_section, key, n_points)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -168,8 +170,8 @@ contains
     if (n_points < 1) call tree%report(i_node, 'is ' // to_text(n_points) // '; it must be at least 1')
   end subroutine read_count
 
-  !> Reads the number of points of a grid for each parameter. Errors: a parameter without a number, a faulty number (2 stands in its
-  !> place), a key that is no parameter.
+  !> Reads the number of points of a grid for each parameter. Errors: a parameter without a number, or with something else than a
+  !> whole number (in both cases it gets 2); a key that is no parameter. Numbers below 2 are kept here and refused by check_study.
   subroutine read_grid(tree, i_grid, parameters, points)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_grid
@@ -185,7 +187,7 @@ contains
   end subroutine read_grid
 
   !> Reads the number of groups: a whole number of at least 1, or `auto`, which leaves n_groups unchanged, as does a missing
-  !> key. Errors: another value; what is no whole number is replaced by 1.
+  !> key. Errors: not a whole number (n_groups is then 1), or below 1 (n_groups is then this number).
   subroutine read_groups(tree, i_section, n_groups)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section

@@ -87,8 +87,8 @@ contains
     mesh%column = tree%nodes(i_file)%column
   end subroutine read_mesh
 
-  !> Returns a path that is relative to the deck's folder as one that is relative to the current directory. An absolute or empty
-  !> path is unchanged.
+  !> Returns, for a path that is relative to the deck's folder, one that can be opened from the current directory: the deck's folder
+  !> stands before it. An absolute or empty path is unchanged, and any path if the deck is in the current directory.
   pure function path_below(deck_path, path) result(openable)
     !> path of the deck
     character(*), intent(in) :: deck_path
@@ -221,7 +221,7 @@ contains
       'is an empty mapping; ' // components_text(model))
   end subroutine read_displacement
 
-  !> Refuses components of another model; the message says which components this model has.
+  !> Adds an error for each key x, y, z or r that is no component of this model; it says which components the model has.
   subroutine refuse_other_axes(tree, i_mapping, model)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_mapping

@@ -65,8 +65,8 @@ contains
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 
-  !> Reads the section `certificate`: with `max_error: none` the largest error is 0, and `auto` leaves the default. Errors: another
-  !> value that is not greater than 0, an unknown key.
+  !> Reads the section `certificate`: `max_error: none` sets reduction%max_error to 0, which means no limit, and `auto` leaves its
+  !> default. Errors: any other value that is no number greater than 0, an unknown key.
   subroutine read_certificate(tree, reduction)
     type(deck_tree_t), intent(inout) :: tree
     type(reduction_config_t), intent(inout) :: reduction
@@ -106,7 +106,7 @@ contains
     reduction%is_normalized = switch == switches(2)
   end subroutine read_modes
 
-  !> Reads a number greater than 0 and less than 1, or `none`, below a key. Errors: another value.
+  !> Reads a number greater than 0 and less than 1, or `none`, below a key. Errors: another value; a number is stored all the same.
   subroutine read_tolerance_or_none(tree, i_parent, key, tolerance)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
@@ -163,7 +163,8 @@ contains
     if (is_word) is_word = tree%nodes(i_node)%text == word
   end function is_word
 
-  !> Reads `auto`, `none`, or a mapping such as {boundaries: [top], elsewhere: modes}; elsewhere is none or modes.
+  !> Reads the key displacement: `auto`, `none`, or a mapping such as {boundaries: [top], elsewhere: modes}; elsewhere is none
+  !> (default) or modes. Unchanged if the key is missing. Errors: another value, boundaries missing or empty, an unknown key.
   subroutine read_displacement(tree, i_reduction, displacement)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -190,7 +191,8 @@ contains
     call tree%close_mapping(i_node)
   end subroutine read_displacement
 
-  !> Reads a type alone, or a mapping with the type and its settings.
+  !> Reads the key enrichment: a type alone, or a mapping with settings, which may have the type. What is missing is unchanged.
+  !> Errors: another value, unknown keys, faulty values.
   subroutine read_enrichment(tree, i_reduction, enrichment)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -212,8 +214,9 @@ contains
     call tree%close_mapping(i_enrichment)
   end subroutine read_enrichment
 
-  !> Reads `auto`, or a list whose entries are boundary names, mappings {boundary: name, window: {...}}, or the word auto. Errors:
-  !> another value; auto, or a boundary without a window, twice; those of read_zone.
+  !> Reads the key zones_of_interest: `auto`, or a list, perhaps empty, whose entries are boundary names, mappings {boundary: name,
+  !> window: {...}}, or the word auto. has_loaded_zones is true if the key is missing, auto, or a list with auto. Errors: another
+  !> value; auto, or a boundary without a window, twice in the list; those of read_zone.
   subroutine read_zones(tree, i_reduction, model, reduction)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
@@ -249,8 +252,8 @@ contains
     end do
   end subroutine read_zones
 
-  !> Reads a name, or {boundary: name, window: {...}}. Errors: no name; a window without axis or bound, or with min >= max; unknown
-  !> keys.
+  !> Reads a name, or {boundary: name, window: {...}}, where window may be missing. Errors: no name; a window without axis or bound,
+  !> or with min >= max; unknown keys; faulty values.
   subroutine read_zone(tree, i_node, model, zone)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

@@ -82,8 +82,8 @@ contains
     ignored = tree%find(i_entry, 'factor')
   end subroutine forget_rest
 
-  !> Reads file and name of a field, its quantity (temperature sets is_thermal, strain clears it), and the factor of its values, by
-  !> default 1.
+  !> Reads file and name of a field, its quantity (temperature, the default, makes is_thermal true, strain makes it false), and the
+  !> factor of its values, by default 1.
   subroutine read_field(tree, i_entry, strain)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_entry
@@ -143,7 +143,7 @@ contains
     if (size(tree%children(i_strain)) == 0) call tree%report(i_strain, 'is an empty mapping; ' // strains_text(model))
   end subroutine read_strain
 
-  !> Refuses components of another model; the message says which components this model has.
+  !> Adds an error for each key that is a strain of another model only; it says which strains this model has.
   subroutine refuse_other_components(tree, i_mapping, model)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_mapping

@@ -145,8 +145,9 @@ contains
     end do
   end subroutine read_field
 
-  !> Reads output.points, each with a value for each parameter; without the key they stay as they are. The default point's value
-  !> replaces a missing or faulty one.
+  !> Reads output.points, each with a value for each parameter; without the key they stay as they are. Errors: no list, an empty
+  !> list, a point that is no mapping, a parameter without a number, unknown keys. The default point's value replaces a missing or
+  !> faulty one. check_study checks that the points lie in the box.
   subroutine read_points(tree, i_output, parameters, output)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_output

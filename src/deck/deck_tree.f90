@@ -295,7 +295,8 @@ contains
     if (len(guess) > 0) then
       hint = 'did you mean ''' // guess // '''?'
     else if (this%is_empty(i_node)) then
-      hint = 'inside { } a comma separates entries; numbers take a decimal point, and an expression with a comma needs quotes'
+      hint = 'a key without a value may be the rest of an entry: inside { } a comma separates entries; numbers take a decimal ' // &
+        'point, and an expression with a comma needs quotes'
     end if
   end function hint_for_key
 
@@ -311,8 +312,8 @@ contains
     call move_alloc(longer, list)
   end subroutine append_text
 
-  !> Returns a user's text for messages: in single quotes and on one line. If it is longer than max_shown bytes, it is cut there,
-  !> and `...` follows.
+  !> Returns a user's text for messages: in single quotes and on one line. If it is longer than 60 bytes (max_shown), it is
+  !> cut there, or before the character that does not fit, and `...` follows.
   pure function shown(text) result(quoted)
     character(*), intent(in) :: text
     character(:), allocatable :: quoted

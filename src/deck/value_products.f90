@@ -20,9 +20,10 @@ module sig_value_products
 
 contains
 
-  !> Splits an expression at its operators + - * / outside of parentheses into products of parameters and place. An expression of
-  !> the parameters alone, of the coordinates alone, or of neither is one product. Nothing is split if an operator such as < or ?
-  !> stands outside of parentheses: then the whole text is one factor.
+  !> Splits an expression at its operators + - * / outside of parentheses into a sum of products. Each product is a factor of
+  !> the parameters times a factor of the place; single numbers belong to the latter. An expression of the parameters alone, of the
+  !> coordinates alone, or of neither is one product. Nothing is split if an operator such as < or ? stands outside of parentheses:
+  !> then the whole text is one factor.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     !> a valid expression of these names
     character(*), intent(in) :: text
@@ -137,7 +138,7 @@ contains
     end do
   end function find_operators
 
-  !> Whether the text ends like the first part of 1.5e-3, and not like the name h1e.
+  !> Whether the text ends with a number and e or E, such as the `1.5e` of 1.5e-3, and not with a name such as h1e.
   pure logical function ends_in_exponent(head)
     character(*), intent(in) :: head
     integer :: before

@@ -234,7 +234,8 @@ static void take_scalar(builder_t *builder, place_t place, struct fy_token *toke
 
 static void open_collection(builder_t *builder, int kind, place_t place) {
   if (expects_key(builder)) {
-    add_fault(builder->reading, SIG_YAML_REFUSED, place, "a key that is itself a mapping or a list");
+    add_fault(builder->reading, SIG_YAML_REFUSED, place,
+              "this key is itself a mapping or a list; a key must be a text");
     builder->is_over = true;
     return;
   }
