@@ -114,7 +114,7 @@ contains
     call self%drop_bounds()
   end subroutine start
 
-  !> Gives an array the size n and sets it to zero; it is allocated again only if its size differs.
+  !> Gives an array the size n and sets it to zero. It is allocated only if it is not allocated yet or has another size.
   pure subroutine resize(values, n)
     real(rk), allocatable, intent(inout) :: values(:)
     integer, intent(in) :: n
@@ -153,8 +153,8 @@ contains
   end subroutine take_all_forces
 
   !> Sets the bound, and the relative bound = bound / size_of_answer. The relative bound is 0 if the bound is 0. Else it is no_bound
-  !> if size_of_answer is 0: no contact has a force, neither here nor in training, so nothing is there to compare with. Both are
-  !> huge if the given bound is huge or not a number.
+  !> if size_of_answer is 0: no contact has a force that counts (those of anchors do not), neither here nor in training, so nothing
+  !> is there to compare with. Both are huge if the given bound is huge or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]

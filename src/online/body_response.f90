@@ -206,7 +206,7 @@ contains
     real(rk), intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
-    !> 1-based
+    !> row among the multipliers, 1-based
     integer, intent(in) :: row
     real(rk) :: weights(self%nodes%n_nodes())
 

@@ -36,7 +36,8 @@ contains
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or the first of several, or null
     type(c_ptr), intent(in) :: answer
-    !> [bytes] size of one answer of the caller: first_size if `size` is 0; 0 for null
+    !> [bytes] size of one answer of the caller, and so the distance of two answers in an array: first_size if `size` is 0; 0 for
+    !> null
     integer(c_size_t), intent(out) :: n_bytes
     type(c_answer_t), pointer :: told
 

@@ -111,8 +111,9 @@ contains
     end associate
   end subroutine set_targets
 
-  !> Whether the caller has given the size of its structure, and areas, forces and moments all or none, and only with multipliers;
-  !> otherwise the message of the context says so.
+  !> Whether the caller has set the size of its structure (at least that of c_arrays_t and less than too_large; 0 is refused), and
+  !> has given areas, forces and moments all or none, and only with multipliers; otherwise the message of the context says what is
+  !> wrong.
   logical function are_consistent(handle, given)
     type(context_handle_t), intent(inout) :: handle
     type(c_arrays_t), intent(in) :: given

@@ -170,7 +170,8 @@ contains
       all(starts(2:) >= starts(:size(starts) - 1))
   end function are_lists
 
-  !> Whether each of the lists that `starts` describes has as many entries as some element type of this dimension has nodes.
+  !> Whether each of the lists that `starts` describes (are_lists) has as many entries as some element type of dimension n_dim has
+  !> nodes.
   pure logical function are_elements(starts, n_dim)
     integer, intent(in) :: starts(:)
     integer, intent(in) :: n_dim
