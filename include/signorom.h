@@ -144,9 +144,10 @@ typedef struct {
  * earlier libraries with the same major version (before 1.0.0: with the same minor version). */
 const char *signorom_version(void);
 
-/* Reads a model from a file. The call sets `*model` even when it fails, so that signorom_model_message can tell the
- * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the path is null. SIGNOROM_BAD_MODEL: the file
- * cannot be read or the model cannot answer. Always close the model, also after a failure. */
+/* Reads a model from a file. `model` must not be null. The call sets `*model` even when it fails, so that
+ * signorom_model_message can tell the reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the path
+ * is null. SIGNOROM_BAD_MODEL: the file cannot be read or the model cannot answer. Always close the model, also after a
+ * failure. */
 int signorom_open(const char *path, signorom_model **model);
 /* Returns the reason why signorom_open failed, as a text that exists as long as the model. It is empty after a success,
  * and null where the model is null. */
@@ -186,21 +187,21 @@ int signorom_get_contact_entries(const signorom_model *model, int *n_entries, in
  * null where there is no such entry. */
 const char *signorom_contact_entry_name(const signorom_model *model, int entry);
 /* Sums the forces of all contacts [n_contacts] over each entry of the deck's contact section. The results are the area
- * that touches [n_entries], the resultant force on the first surface that the entry names [n_entries][n_dimensions],
- * and its moment about the origin of the coordinates [n_entries][n_moments], on the undeformed mesh. In plane models
+ * that touches [n_entries], that is, of the contacts whose force is above 1e-12 of the largest one; the resultant force
+ * on the first surface that the entry names [n_entries][n_dimensions]; and its moment about the origin of the
+ * coordinates [n_entries][n_moments], on the undeformed mesh. Where n_entries is 0, nothing is written. In plane models
  * the moment is x F_y - y F_x, and all results are per unit thickness. In axisymmetric models the results are sums over
  * the full turn of the components in the half plane r, z: F_r, F_z and r F_z - z F_r. Where a force is not a number,
  * the results of its entry are not numbers either. SIGNOROM_BAD_ARGUMENT: one of the arrays is null. Several threads
- * may share the model.
- */
+ * may share the model. */
 int signorom_get_resultants(const signorom_model *model, const double *multipliers, double *areas, double *forces,
                             double *moments);
 /* Gives for each node its tag in the mesh file [n_nodes] and its coordinates [n_nodes][n_dimensions]; either array may
  * be null. SIGNOROM_BAD_ARGUMENT: the model keeps no nodes. */
 int signorom_get_nodes(const signorom_model *model, int *tags, double *coordinates);
 /* Says for each node [n_nodes] where its displacement comes from, as a signorom_displacement_source. This holds for
- * answers by the reduced model itself. With has_full_order_displacement an answer by the method condensed has exact
- * displacements at all nodes. */
+ * answers by the reduced model itself. Where the full-order operator of a hyper-reduced model answers (method
+ * condensed), has_full_order_displacement says whether the displacements of all nodes are exact. */
 int signorom_get_displacement_sources(const signorom_model *model, int *sources);
 /* Gives the number of contacts of the reduced integration domain of a cluster and, unless `contacts` is null, their
  * numbers in ascending order. In a model that is not hyper-reduced these are all contacts. SIGNOROM_BAD_ARGUMENT: there
@@ -212,27 +213,32 @@ int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *
 int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
 /* Makes a context for queries. The call sets `*context` even when it fails, so that signorom_message can tell the
- * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the model is not open. SIGNOROM_BAD_MODEL: an
- * expression of the model is not valid. Make and free contexts one at a time, under a lock or before the threads start;
- * other threads may query meanwhile. Always free a context; the model must stay open as long as it exists. */
+ * reason; only SIGNOROM_NO_MEMORY leaves it null. `context` must not be null. SIGNOROM_BAD_ARGUMENT: the model is null,
+ * or signorom_open failed. SIGNOROM_BAD_MODEL: an expression of the model is not valid. Make and free contexts one at a
+ * time, under a lock or before the threads start; other threads may query meanwhile. Always free a context; the model
+ * must stay open as long as it exists. */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
 /* Returns the message of the last failed call with the context; a later success does not clear it. It is empty if no
- * call failed, and null where the context is null. The text is valid until the next failed call. */
+ * call failed, and null where the context is null. The text is valid until the next failed call with the context, or
+ * until the context is freed. */
 const char *signorom_message(const signorom_context *context);
 /* Frees a context. A null pointer is allowed. */
 void signorom_free_context(signorom_context *context);
 
-/* Computes the answer at a point [n_parameters]. `answer` may be null. The first queries make the work arrays of the
- * context. Later queries allocate only temporary arrays, which they free (with several clusters: as long as the same
- * cluster answers). The functions below give the details of the last answer; they return SIGNOROM_BAD_ARGUMENT where
- * the last query gave no answer or was refused. SIGNOROM_NO_ANSWER: the message says why. SIGNOROM_BAD_ARGUMENT: the
- * point is null, or the size of the answer is not set. */
+/* Computes the answer at a point [n_parameters], which may lie outside of the trained box. `answer` may be null. The
+ * first queries make the work arrays of the context. Later queries allocate only temporary arrays, which they free
+ * (with several clusters: as long as the same cluster answers). The functions signorom_get_... with a context and
+ * signorom_differentiate give the details of the last answer; they return SIGNOROM_BAD_ARGUMENT where the last query
+ * gave no answer or was refused. SIGNOROM_NO_ANSWER: the message says why, and `answer` is written, too.
+ * SIGNOROM_BAD_ARGUMENT: the point is null, or the size of the answer is not set; `answer` is not written. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
- * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
- * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns
- * SIGNOROM_NO_ANSWER. The last answer of the context is then that of the last point. SIGNOROM_BAD_ARGUMENT, without any
- * query: n < 0, the points are null, or the size of the first answer is not set. */
+ * size in the first answer holds for all answers, and the call writes it to each of them. So set it: with 0 the call
+ * takes `answers` for an array of the first version, whose elements are smaller. A point without an answer does not
+ * stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER.
+ * Afterwards the last answer of the context is that of the last point; there is none if n is 0, if the last point has
+ * none or if the call is refused. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are null, or the size of
+ * the first answer is not set. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 
@@ -257,10 +263,10 @@ typedef struct {
   { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
 
 /* Computes the answers at n points [n][n_parameters] and fills the arrays of the structure. A point without an answer
- * does not stop the call, which then returns SIGNOROM_NO_ANSWER. The last answer of the context is then that of the
- * last point. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, `points` or `arrays` is null, a size is not set, areas,
- * forces, moments and multipliers are not given as the structure demands, or displacement is given and `nodes` is null
- * or n_nodes or a node is out of range. */
+ * does not stop the call, which then returns SIGNOROM_NO_ANSWER. The size in the first answer and the last answer of
+ * the context are as for signorom_query_many. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, `points` or `arrays` is
+ * null, a size is not set, areas, forces, moments and multipliers are not given as the structure demands, or
+ * displacement is given and `nodes` is null or n_nodes or a node is out of range. */
 int signorom_query_arrays(signorom_context *context, int n, const double *points, const signorom_arrays *arrays);
 
 /* Gives the contact forces of the last answer on the contacts of the cluster's domain [n_domain_contacts], in the order
@@ -268,11 +274,12 @@ int signorom_query_arrays(signorom_context *context, int n, const double *points
 int signorom_get_domain_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the contact forces of the last answer on all contacts [n_contacts]. Where the reduced problem of a
  * hyper-reduced model answers, the forces outside of the domain are the non-negative combination of the training
- * solutions that fits the answer best. A contact outside of the domain loses its force where the displacement opens it
- * more than the force weighs, both relative to their sizes in training; where it opens less, the force stays. No
- * contact loses its force in models with bodies that only contact holds, nor in models that have bounds without the
- * full-order operator. With bodies that only contact holds, all forces are then changed so that they balance the loads,
- * if that is possible. */
+ * solutions that fits the answer best; they are 0 if no contact of the domain has a force. A contact outside of the
+ * domain loses its force where the displacement opens it more than the force weighs, both relative to their sizes in
+ * training; where it opens less, the force stays. No contact loses its force in models that have bounds without the
+ * full-order operator, nor in models with bodies that only contact holds. With such bodies, all forces are then changed
+ * so that they balance the loads, if that is possible. After that, open contacts do lose their forces where the
+ * full-order operator bounds the error (certificate.max_error of the deck), if the others can balance the loads. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the reduced coordinates of the last answer, in the unit of lengths: [n_modes] of that signorom_answer, which
  * differs between clusters and may be 0. Where the full-order operator answered, they are those of the chosen cluster
@@ -307,8 +314,8 @@ const char *signorom_region_name(const signorom_model *model, int region);
 int signorom_get_contact_facets(const signorom_model *model, int *starts, int *nodes, int *contacts);
 /* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
- * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. The
- * first of these three calls after a query computes all fields; the others copy them. All three return
+ * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. After a
+ * query the first of this call and the next two computes all fields; the others copy them. All three return
  * SIGNOROM_NO_ANSWER where the model gives no fields, or where an elastic constant or an imposed strain has no value at
  * the point. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
@@ -332,9 +339,10 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * directions give the derivative with respect to the parameter; -1 does not change the sign. n_grazing and is_one_sided
  * may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps
  * the full-order operator gives the derivatives of the full-order solution, and not those of its own answer. The call
- * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator; if a load (whole_edges) or an
- * expression jumps or has no value on this side of the point; and if the forces are not unique. It returns
- * SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
+ * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this operator has no answer
+ * at the point; if a load (whole_edges) or an expression jumps or has no value on this side of the point; and if the
+ * forces are not unique. It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per
+ * parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

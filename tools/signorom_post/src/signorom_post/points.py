@@ -17,7 +17,7 @@ class ExtrapolationWarning(UserWarning):
 def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> FloatArray:
     """Returns the values of the parameters in the model's order, shape (n_parameters).
 
-    TypeError if a parameter is missing or unknown, ValueError if a value is not finite.
+    `values` has them by name. TypeError if a parameter is missing or unknown, ValueError if a value is not finite.
     """
     names = [parameter.name for parameter in parameters]
     for name in values:
@@ -54,10 +54,11 @@ def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray
 def warn_outside(
     parameters: Sequence[Parameter], points: FloatArray, is_inside: BoolArray, stack_level: int = 3
 ) -> None:
-    """Issues one ExtrapolationWarning that names the parameters with values outside of their ranges, if there are any.
+    """Issues one ExtrapolationWarning if a point lies outside of the trained box.
 
-    `points` has the shape (n_points, n_parameters). `is_inside`, shape (n_points): whether a point lies in the box.
-    `stack_level` is that of `warnings.warn`, so that the warning names the line of the caller.
+    The warning names each parameter that leaves its range at these points, with its values there. `points` has the
+    shape (n_points, n_parameters). `is_inside`, shape (n_points): whether a point lies in the box. `stack_level` is
+    that of `warnings.warn`, so that the warning names the line of the caller.
     """
     if is_inside.all():
         return
@@ -79,7 +80,7 @@ def warn_outside(
 
 
 def range_of(parameter: Parameter) -> str:
-    """Returns the text of the trained range of a parameter, such as `5 to 200 MPa`."""
+    """Returns the text of a parameter's trained range, such as `5 to 200 MPa`; the units `-` and `1` are left out."""
     unit = "" if parameter.unit in ("", "-", "1") else f" {parameter.unit}"
     return f"{parameter.minimum:.6g} to {parameter.maximum:.6g}{unit}"
 

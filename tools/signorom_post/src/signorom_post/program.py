@@ -28,12 +28,13 @@ ENVIRONMENT = {
 def find_program() -> Path:
     """Returns the path of the program; InputError if it is not found, or if SIGNOROM_EXECUTABLE names no file.
 
-    The variable SIGNOROM_EXECUTABLE comes first, then PATH, then the build folders, with `release` before the others.
+    The variable SIGNOROM_EXECUTABLE comes first, then PATH, then the folders build/* in the folders of `_roots`, with
+    `release` before the others.
     """
     wanted = os.environ.get(VARIABLE)
     if wanted:
         if not Path(wanted).is_file():
-            raise InputError(wanted, f"there is no such program; the variable {VARIABLE} names it")
+            raise InputError(wanted, f"there is no such file; the variable {VARIABLE} must be the path of the program")
         return Path(wanted).resolve()
     in_path = shutil.which("signorom")
     if in_path:
@@ -44,7 +45,7 @@ def find_program() -> Path:
             if path.is_file():
                 return path
     raise InputError(
-        "signorom", f"the program is neither in {VARIABLE} nor in PATH nor in build/; build it first"
+        "signorom", f"the program is neither in PATH nor in build/*; build it, or set {VARIABLE} to its path"
     )
 
 
@@ -63,14 +64,20 @@ def _roots() -> Iterator[Path]:
 
 
 def program_environment() -> dict[str, str]:
-    """Returns the environment of a run on one core, in which the program finds this signorom-post to train forests."""
+    """Returns the environment of a run on one core: that of this process, with the variables of ENVIRONMENT.
+
+    PATH begins with the folder of this Python, in which the program finds signorom-post to train forests.
+    """
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
     return os.environ | ENVIRONMENT | {"PATH": path}
 
 
 @contextmanager
 def terminable() -> Iterator[None]:
-    """In its `with` block, SIGTERM raises KeyboardInterrupt, so that it ends the runs as Ctrl-C does."""
+    """In its `with` block, SIGTERM raises KeyboardInterrupt, so that it ends the runs as Ctrl-C does.
+
+    Afterwards SIGTERM does what it did before. ValueError outside of the main thread.
+    """
 
     def interrupt(_number: int, _frame: FrameType | None) -> None:
         raise KeyboardInterrupt

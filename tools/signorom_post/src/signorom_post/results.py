@@ -30,17 +30,17 @@ class Results:
 
     @cached_property
     def fields(self) -> FieldFile:
-        """Contents of fields.h5."""
+        """Contents of fields.h5, read at the first use; InputError if the file is missing or cannot be used."""
         return read_fields(self.folder / "fields.h5")
 
     @cached_property
     def snapshots(self) -> SnapshotSet:
-        """Contents of snapshots.h5."""
+        """Contents of snapshots.h5, read at the first use; InputError if the file is missing or cannot be used."""
         return read_snapshots(self.folder / "snapshots.h5")
 
     @cached_property
     def model(self) -> Model:
-        """Contents of model.h5."""
+        """Contents of model.h5, read at the first use; InputError if the file is missing or cannot be used."""
         return read_model(self.folder / "model.h5")
 
     @property
@@ -53,15 +53,18 @@ class Results:
 
     @cached_property
     def enrichment(self) -> list[History]:
-        """Contents of enrichment.csv: one history per cluster."""
+        """Contents of enrichment.csv, one history per cluster, read at the first use.
+
+        InputError if the file is missing or cannot be used.
+        """
         return read_enrichment(self.folder / "enrichment.csv")
 
     @cached_property
     def validation(self) -> Validation:
-        """Contents of validation.csv."""
+        """Contents of validation.csv, read at the first use; InputError if the file is missing or cannot be used."""
         return read_validation(self.folder / "validation.csv")
 
     @cached_property
     def report(self) -> dict[str, Any]:
-        """Contents of report.yaml."""
+        """Contents of report.yaml, read at the first use; InputError if the file is missing or cannot be used."""
         return read_report(self.folder / "report.yaml")

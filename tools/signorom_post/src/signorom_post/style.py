@@ -93,9 +93,9 @@ def new_figure(width: float, height: float, has_equal_axes: bool = False) -> Fig
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Writes the figure in the format of the path's ending, without a date, so that two runs write the same bytes.
+    """Writes the figure in the format of the path's ending: png, pdf or svg.
 
-    OSError if the file cannot be written.
+    The file has no date, so that two runs write the same bytes. OSError if it cannot be written.
     """
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     figure.savefig(path, dpi=RESOLUTION, metadata=metadata.get(path.suffix, {}))

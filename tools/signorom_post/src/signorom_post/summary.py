@@ -75,11 +75,11 @@ def _heading(report: dict[str, Any]) -> str:
 
 
 def entries(section: Any, path: str, show: Callable[[Any], str]) -> Iterator[tuple[str, str]]:
-    """Yields the name and the text of each value in nested mappings, without empty lists.
+    """Yields the name and the text of each value in nested mappings; empty lists and empty mappings give nothing.
 
     `path` is the section's key, by which NAMES are found; `show` returns the text of a value. A name has the names of
-    the mappings around it in front, with commas. Of statistics only median and maximum are shown. A section that is no
-    mapping is one value with an empty name.
+    the mappings around it in front, with commas. A mapping that has only keys of STATISTICS gives one text, with its
+    median and maximum. A section that is no mapping is one value with an empty name.
     """
     if not isinstance(section, dict):
         yield "", show(section)
@@ -208,7 +208,7 @@ def value_text(value: Any) -> str:
 
 
 def error_text(value: Any) -> str:
-    """Returns the text of an error with two digits, such as 1.2e-03, or inf or nan; `-` if there is no number."""
+    """Returns the text of an error with two digits, such as 1.2e-03, or inf or nan; `-` if `value` is no number."""
     number = as_number(value)
     return ABSENT if number is None else f"{number:.1e}" if math.isfinite(number) else str(number)
 

@@ -34,7 +34,7 @@ def worst_of_alike(figures: Sequence[VerifiedFigure]) -> list[VerifiedFigure]:
     """Returns the rows with groups of similar rows replaced by one row, which says how many there are.
 
     Similar rows have the kind `at_most`, have passed, and have the same problem, source and limit. The row that stays
-    is the one with the largest number found.
+    is the one with the largest number found; it takes the place of the first one of its group.
     """
     groups: dict[tuple[object, ...], list[VerifiedFigure]] = {}
     for i_row, figure in enumerate(figures):
@@ -52,7 +52,7 @@ def _worst(group: list[VerifiedFigure]) -> VerifiedFigure:
 
 
 def verdict(figures: Sequence[VerifiedFigure]) -> str:
-    """Returns a text with the number of verified numbers, and of those that failed."""
+    """Returns a text with the number of verified numbers, and how many of them failed; if none did, it says so."""
     n_failed = sum(not figure.is_passed for figure in figures)
     return f"{len(figures)} numbers, " + (f"{n_failed} FAILED" if n_failed else "all within what is allowed")
 

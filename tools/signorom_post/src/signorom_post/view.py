@@ -50,12 +50,12 @@ for field in {cell_fields!r}:
 def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:
     """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
 
-    The files are in the folder `output`, which must exist. A field that is zero everywhere gets no picture. InputError
-    if VTK or the displacement is missing, OSError if a file cannot be written.
+    The files are in the folder `output`, which must exist; the script is `in_paraview.py`. A field that is zero
+    everywhere gets no picture. InputError if VTK or the displacement is missing, OSError if a file cannot be written.
     """
     if find_spec("vtk") is None:
         raise InputError(
-            "signorom-post view", "VTK is not installed; pip install 'tools/signorom_post[view]'"
+            "signorom-post view", "VTK is not installed in this Python environment; pip install 'vtk>=9.2'"
         )
     from signorom_post.plots.vtk_scene import Scene
 
@@ -77,8 +77,9 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
 
 
 def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
-    """Returns a script for pvpython that makes pictures of this point of fields.xdmf: displacement, stress and domain.
+    """Returns a script for pvpython that makes pictures of this point of fields.xdmf.
 
+    It shows the displacement and, where the point has them, the von Mises stress of the cells and the reduced domain.
     `scale` is the factor of the displacements; `script` is the path of the script, beside which it writes its pictures.
     """
     return SCRIPT.format(

@@ -19,12 +19,16 @@ MARGIN = 6
 
 
 def figure_9(study: Study) -> Outcome:
-    """Returns figure 9: the reduced domains by DEIM of displacements only, and also of contact forces (34 pairs)."""
+    """Returns figure 9: two reduced domains, with their tables and comparisons.
+
+    The first one comes from DEIM of displacements only, the second one (34 pairs in the paper) also from contact
+    forces.
+    """
     return _domains(study, {"fig09a": 12, "fig09b": 34})
 
 
 def figure_12(study: Study) -> Outcome:
-    """Returns figure 12: the reduced domain with 60 pairs; the tolerance of the forces is smaller than in figure 9."""
+    """Returns figure 12: the reduced domain with 60 pairs in the paper; the forces' tolerance is below figure 9's."""
     return _domains(study, {"fig12": 60})
 
 
@@ -71,9 +75,10 @@ def _domains(study: Study, domains: dict[str, int]) -> Outcome:
 
 
 def domain_table(fields: FieldFile, cluster: Cluster) -> list[Row]:
-    """Returns a row for each seed node, facing node, contact pair and cell of the domain: what it is, its number, place.
+    """Returns rows with kind, number and place of each seed node, facing node, contact pair and cell of the domain.
 
-    Numbers count from 1; places are r and z [mm]: of a contact pair those of its owner, of a cell those of its center.
+    Numbers count from 1, in the order of `fields`; a contact pair has the number of its row. Places are r and z [mm]:
+    of a contact pair those of its owner, of a cell the mean of its nodes.
     """
     places = fields.mesh.coordinates
     centers = [places[cell].mean(axis=0) for cell in fields.mesh.cells]
@@ -97,13 +102,13 @@ def domains_of_clusters(
     papers: Sequence[published.LocalModel],
     remark: str = "",
 ) -> Outcome:
-    """Returns pictures and tables of the reduced integration domains of at most three local models.
+    """Returns a picture and a table of the reduced integration domain of each of `clusters`, which are at most three.
 
-    Their numbers of modes and of contact pairs are compared with those of the paper; `remark` goes into each
+    Their numbers of POD modes and of contact pairs are compared with those of the paper; `remark` goes into each
     comparison.
 
     `where` is the figure of the paper, such as `Fig. 17`: names of tables and pictures are then `fig17a`, `fig17b`, ...
-    `papers` are the numbers in the paper, one entry per cluster in the order of `clusters`.
+    `papers` are the numbers in the paper, as many as `clusters` and in the same order.
     """
     outcome = Outcome({}, {})
     for i, (cluster, paper) in enumerate(zip(clusters, papers, strict=True), start=1):

@@ -30,7 +30,10 @@ ORDER_REMARK = f"clusters in the order of the pairs in their domains, the paper'
 
 
 def figure_19(study: Study) -> Outcome:
-    """Returns figure 19: maps of contact force errors without clusters, without and with extra POD modes."""
+    """Returns figure 19: maps of contact force errors of models from scattered snapshots, without clusters.
+
+    The first model has no extra POD modes, the second one has some.
+    """
     tolerances = {"FE": None, "POD + FE": published.IRREGULAR_TOLERANCE}
     kappa = published.MAX_CONDITION_NUMBER
     variants = [

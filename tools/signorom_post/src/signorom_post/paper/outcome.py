@@ -26,7 +26,10 @@ class Study:
     n_map: int
 
     def both_loads(self, variants: Sequence[Variant]) -> tuple[list[Results], list[Results]]:
-        """Returns the results of the variants under the load `whole_edges`, and under the load `cut`."""
+        """Returns the results of the variants under the load `whole_edges`, and under the load `cut`.
+
+        The variants' own load does not count. Runs and errors as for `Runs.results`.
+        """
         both = [replace(variant, load=load) for load in LOADS for variant in variants]
         results = self.runs.results(both)
         return results[: len(variants)], results[len(variants) :]
@@ -60,12 +63,12 @@ def errors_at(results: Results, point: tuple[float, float]) -> tuple[float, floa
 
 
 def history_of(results: Results) -> History:
-    """Returns the enrichment of a model without clusters."""
+    """Returns the enrichment of a model without clusters, from enrichment.csv."""
     return results.enrichment[0]
 
 
 def n_contact_rows(results: Results) -> int:
-    """Returns the number of contact pairs in the reduced domain of a model without clusters."""
+    """Returns the number of contact pairs in the reduced domain of a model without clusters, from the report."""
     return int(results.report["reduction"]["n_contact_rows"])
 
 
@@ -75,5 +78,5 @@ def point_text(point: tuple[float, float]) -> str:
 
 
 def strategy_text(extra_modes: int) -> str:
-    """Returns the name of an enrichment strategy as in the paper's legends: `FE`, or `POD + 9 and FE`."""
+    """Returns the name of an enrichment strategy as in the paper: `FE` without extra modes, or `POD + 9 and FE`."""
     return f"POD + {extra_modes} and FE" if extra_modes else "FE"

@@ -65,7 +65,8 @@ class Runs:
         """Returns the results of these variants in the same order.
 
         Runs that have not finished with the same program, mesh and deck are done first, and so are those that make
-        their snapshots. InputError if a run fails, OSError if a file cannot be written.
+        their snapshots. A run in which some points did not converge counts as finished. InputError if a run fails in
+        another way, OSError if a file cannot be written.
         """
         self.folder.mkdir(parents=True, exist_ok=True)
         lines = ["P1,h1", *(f"{pressure},{height}" for pressure, height in POINTS)]

@@ -24,7 +24,10 @@ POINTS = {"strong": STRONG, "weak": WEAK}
 
 
 def table_1(study: Study) -> Outcome:
-    """Returns table 1, with our numbers beside the paper's, and a figure of its errors."""
+    """Returns table 1, with our numbers beside the paper's, and a figure of its errors.
+
+    Our numbers are given twice: with the hats on the cladding, and with the hats on the fuel.
+    """
     cladding, cut = study.both_loads(_variants("cladding"))
     found = {"cladding": cladding, "fuel": study.runs.results(_variants("fuel"))}
     table: list[Row] = []

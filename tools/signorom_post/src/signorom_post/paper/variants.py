@@ -62,7 +62,7 @@ class Variant:
 
     @property
     def name(self) -> str:
-        """Path of the folder of this variant below the folder of all runs, different for each variant."""
+        """Path of this variant's folder below the folder of all runs, such as `cut/rid34_plus0_cladding_kappa10`."""
         of_what = f"rid{self.domain}" if self.n_clusters is None else f"clusters{self.n_clusters}"
         parts = [of_what, f"plus{self.extra_modes}"]
         if self.training != GRID:
@@ -82,7 +82,8 @@ class Variant:
     def deck(self, base: dict[str, Any], points_file: str, irregular_file: str) -> dict[str, Any]:
         """Returns the deck of this variant, whose results lie beside it.
 
-        `base` is the deck of case b. `points_file` has the test points, `irregular_file` the scattered training points.
+        `base` is the deck of case b. `points_file`, the test points, counts only if `n_map` is None; `irregular_file`,
+        the scattered training points, counts only if `training` is IRREGULAR. Both are paths from the deck.
         """
         deck = with_load(base, self.load)
         if self.training == IRREGULAR:
@@ -130,7 +131,10 @@ def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
 
 
 def with_load(base: dict[str, Any], load: str) -> dict[str, Any]:
-    """Returns a copy of the deck of case b with this load, one of LOADS, whose results lie beside the deck."""
+    """Returns a copy of the deck of case b with this load, one of LOADS.
+
+    The copy's section `output` says only that the results lie beside the deck.
+    """
     deck = copy.deepcopy(base)
     deck["loads"][0]["load"] = load
     deck["output"] = {"directory": "."}

@@ -15,7 +15,10 @@ LONGEST_TITLE = 24
 
 
 def deformed_title(point: FieldPoint, scale: float) -> str:
-    """Returns a title: the label of the point, and the factor `scale` of its displacement unless it is 1."""
+    """Returns a title: the label of the point, and the factor `scale` of its displacement unless `scale` is 1.
+
+    A label of more than 24 characters is broken into one line per parameter.
+    """
     lines = [*point.label.split(", ")] if len(point.label) > LONGEST_TITLE else [point.label]
     lines[-1] += f"  (displacement x {format_number(scale)})" if scale != 1 else ""
     return "\n".join(lines)
@@ -24,9 +27,9 @@ def deformed_title(point: FieldPoint, scale: float) -> str:
 def magnification(displacement: FloatArray, size: float) -> float:
     """Returns the factor by which a figure multiplies `displacement`, shape (n_nodes, 3).
 
-    `size` is that of the mesh, in the same unit. The factor is 1 if the displacement is zero or if its largest
-    component is at least 2 % of the size. Else it is the largest 1, 2 or 5 times a power of ten with which this
-    component comes to at most 4 % of the size.
+    `size` is that of the mesh, in the same unit. The factor is 1 if the displacement is zero, or if the largest
+    absolute value of its components is at least 2 % of the size. Else it is the largest 1, 2 or 5 times a power of ten
+    with which this value comes to at most 4 % of the size.
     """
     largest = float(np.abs(displacement).max(initial=0.0))
     if largest == 0.0 or largest >= VISIBLE_SHARE * size:

@@ -37,7 +37,8 @@ def check_bodies(check: CheckFile) -> Figure:
     """Returns a figure of the bodies with supports, loads and boundaries, in the plane or in space.
 
     A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows,
-    of some nodes if there are many. Named boundaries have numbers. In space, what the bodies hide is not drawn.
+    of some nodes if there are many. Named boundaries have numbers. In space there are two views, from above and from
+    below. Neither shows what the bodies hide, nor marks and arrows on nodes that face another body.
     """
     return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
 

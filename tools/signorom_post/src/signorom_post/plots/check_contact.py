@@ -32,7 +32,10 @@ LEAST_WIDTH = 0.7
 
 
 def check_contact(check: CheckFile, entry: int) -> Figure:
-    """Returns the figure of one contact; `entry` is its number in the deck's section `contact`, from 1."""
+    """Returns the figure of one contact: both surfaces, nodes that face each other, normals and gaps.
+
+    `entry` is the number of the contact in the deck's section `contact`, from 1.
+    """
     return _solid(check, entry) if check.mesh.n_dim == 3 else _plane(check, entry)
 
 

@@ -21,7 +21,7 @@ def clusters(validation: Validation, model: Model) -> Figure:
 
     Below the diagonal: test points in the color of the cluster that was chosen. Above it: snapshots of each cluster. A
     ring is a snapshot that belongs to an earlier cluster, too. On the diagonal: the clusters' shares of the test points
-    in each twentieth of the trained range.
+    in each twentieth of the trained range. ValueError if `validation` lacks a parameter of the model.
     """
     names = model.parameter_names
     points = validation.parameters[:, [validation.parameter_names.index(name) for name in names]]

@@ -32,7 +32,7 @@ def contact_forces(panels: list[ContactForces]) -> Figure:
     """Returns a figure with one panel per model.
 
     Each active contact of the full order is a wide line as long as its force. A narrow line with a dot at its end is
-    the reduced model's force; only contacts in the reduced domain have one.
+    the reduced model's force. Only contacts in the reduced domain have one; of an open one there is only the dot.
     """
     figure = new_figure(8.2, 5.4)
     all_axes = figure.subplots(1, len(panels), sharex=True, sharey=True, squeeze=False)[0]

@@ -86,10 +86,11 @@ def frame(axes: Axes, points: FloatArray, unit: str, names: tuple[str, str] = ("
 
 
 def marker_scale(mesh: Mesh, points: FloatArray, points_per_unit: float) -> float:
-    """Returns a factor of 0.4 to 1 for the size of markers, so that markers of neighboring nodes do not overlap.
+    """Returns a factor of 0.4 to 1 for the size of markers: smaller for a finer mesh, so that markers overlap less.
 
-    The factor is 1 if the median edge is drawn 8 typographic points long or longer. `points_per_unit` is the number of
-    typographic points per length unit of the mesh.
+    It is the length of the median edge in the picture over 8 typographic points, limited to this range. `points`, shape
+    (n_nodes, 2), are the coordinates of the nodes; `points_per_unit` is the number of typographic points per unit of
+    these coordinates.
     """
     lengths = np.linalg.norm(np.diff(points[mesh.edges], axis=1)[:, 0], axis=1)
     return float(np.clip(np.median(lengths) * points_per_unit / 8.0, 0.4, 1.0))

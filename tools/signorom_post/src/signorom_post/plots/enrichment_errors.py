@@ -32,7 +32,10 @@ class ErrorSeries:
 
 
 def errors_and_kappa(series: ErrorSeries) -> Figure:
-    """Returns a figure of both errors over kappa, where kappa is finite: dual error on the left, primal on the right."""
+    """Returns a figure of both errors over kappa: dual error on the left, primal error on the right.
+
+    Points are left out where kappa is infinite, or where the error is zero or not finite.
+    """
     figure = new_figure(8.2, 3.6)
     left, right = figure.subplots(1, 2)
     for axes, values, text in (
@@ -47,7 +50,11 @@ def errors_and_kappa(series: ErrorSeries) -> Figure:
 
 
 def errors_and_size(all_series: list[ErrorSeries]) -> Figure:
-    """Returns a figure of the dual errors of one or two series: over the size of the basis, and over kappa."""
+    """Returns a figure of the dual errors of one or two series: over the size of the basis, and over kappa.
+
+    Errors that are zero or not finite are left out, and over kappa those where kappa is infinite. Dashed lines mark the
+    first full rank of each series.
+    """
     figure = new_figure(8.2, 3.8)
     left, right = figure.subplots(1, 2, sharey=True)
     for i, series in enumerate(all_series):

@@ -54,8 +54,8 @@ def errors(validation: Validation, model: Model | None = None) -> Figure:
     """Returns a figure of the errors at all test points.
 
     One parameter: curves. Two: a map per error. Three or more: panels for each pair of parameters (`errors_of_pairs`).
-    Errors that are zero, infinite or not defined are left out of curves, and are crosses on maps. The training points
-    and the units come from `model`; without a model the figure shows neither.
+    Errors that are zero, infinite or not defined are left out of curves, and are crosses on maps. The units and, for
+    one or two parameters, the training points come from `model`; without a model the figure shows neither.
     """
     if len(validation.parameter_names) == 1:
         return _over_one_parameter(validation, model)

@@ -21,9 +21,10 @@ class ModeSeries:
 
 
 def errors_of_modes(extra_modes: list[int], all_series: list[ModeSeries], titles: list[str]) -> Figure:
-    """Returns a figure with a column of panels per point: dual error above, primal error below.
+    """Returns a figure with a column of panels per parameter point: dual error above, primal error below.
 
-    `extra_modes` are the values along x, `titles` those of the points. There must be three series.
+    `extra_modes` are the values along x, and `titles` are the titles of the points. There must be three series, and
+    each panel shows all of them. Errors that are zero or not finite are left out.
     """
     figure = new_figure(8.2, 5.6)
     panels = figure.subplots(2, len(titles), sharex=True, sharey="row", squeeze=False)

@@ -20,12 +20,12 @@ FLAT = 0.4
 def initial_and_deformed(
     fields: FieldFile, point: FieldPoint, color: str = "displacement", names: tuple[str, str] = ("x", "y")
 ) -> Figure:
-    """Returns a figure of the mesh at rest and of the displaced mesh at one point, on equal axes.
+    """Returns a figure of a plane mesh at rest and displaced at one point, on equal axes.
 
     `color` says what the colors show. `displacement`: the magnitude of the displacement everywhere. `contact`: the
     contact pressure on the contact nodes; nodes without pressure, and all on the mesh at rest, are white. Small
     displacements are multiplied by a round factor that the title names. `names` are the names of the axes. InputError
-    if the point does not have the field.
+    if the point lacks the displacement or, for `contact`, the contact pressure.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")

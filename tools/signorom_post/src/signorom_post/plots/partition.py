@@ -36,7 +36,7 @@ class Partition:
 def partition(shown: Partition, x_label: str = "$P_1$ [MPa]", y_label: str = "$h_1$ [mm]") -> Figure:
     """Returns a figure. Left: snapshots in the color of their cluster. Right: the cluster that answers.
 
-    Hatching marks where the two best clusters have similar numbers of votes (`NEAR`).
+    Hatching marks where the second-best cluster has at least half (`NEAR`) as many votes as the best one.
     """
     figure = new_figure(8.6, 4.3)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)

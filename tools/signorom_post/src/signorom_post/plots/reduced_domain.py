@@ -32,7 +32,8 @@ def reduced_domain(fields: FieldFile, cluster: Cluster | None, names: tuple[str,
     Markers show the contact nodes, that is, the nodes of the domain's contact rows on both surfaces, and the seed and
     facing nodes of `cluster`. If `cluster` is None, the cells are those of the first point of the field file that has a
     reduced domain, and there are no seed or facing nodes. `names` are the names of the axes. A mesh in three dimensions
-    is drawn by `solid_figures`. InputError if no domain is known, or if the mesh is smaller than the model needs.
+    is drawn by `reduced_domain_solid`, without seed and facing nodes. InputError if `cluster` is None and no point has
+    a reduced domain, or if the field file has fewer nodes, cells or contact rows than `cluster` needs.
     """
     mesh = fields.mesh
     cells = _cells(fields, cluster)
@@ -92,6 +93,6 @@ def _cells(fields: FieldFile, cluster: Cluster | None) -> IntArray:
 def _checked(fields: FieldFile, items: IntArray, n_items: int) -> IntArray:
     if items.size and items.max() >= n_items:
         raise InputError(
-            fields.path, "the mesh is not the one of 'model.h5': it is smaller than the model needs"
+            fields.path, "it does not belong to 'model.h5', which needs more nodes, cells or contact rows"
         )
     return items

@@ -65,9 +65,10 @@ def singular_values(model: Model) -> Figure:
 
 
 def decays(shown: list[Decay]) -> Figure:
-    """Returns a figure. Left: singular values divided by the first one. Right: energy tails, tolerances, the kept l.
+    """Returns a figure. Left: singular values divided by the first one. Right: energy tails over the number of modes l.
 
-    Filled dots are kept modes, open circles are dropped ones.
+    Filled dots are kept modes, open circles are dropped ones. On the right, dashed lines are the tolerances, and a ring
+    marks the kept l.
     """
     figure = new_figure(8.2, 3.5)
     left, right = figure.subplots(1, 2)

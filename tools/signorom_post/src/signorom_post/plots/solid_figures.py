@@ -21,10 +21,11 @@ MAX_PANELS = 4
 
 
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
-    """Returns a figure of the outer faces before and after the deformation at one point.
+    """Returns a figure of the outer faces of solid cells before and after the deformation at one point.
 
     `color` says what the colors of the latter show: `displacement`, its magnitude, or `contact`, the contact pressure.
-    Small displacements are multiplied by a factor that the title names. InputError if the point lacks the field.
+    Small displacements are multiplied by a factor that the title names. InputError if the point lacks the displacement
+    or, for `contact`, the contact pressure.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
@@ -52,7 +53,7 @@ def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str 
 
 
 def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> Figure:
-    """Returns a figure. Left: the bodies, with the domain's outer faces in color. Right: the domain alone.
+    """Returns a figure. Left: the bodies; their outer faces in the domain have a color. Right: the domain alone.
 
     `cells` are the cells of the domain and `rows` its contact rows, both from 0. Dots on the right are contact nodes.
     """
@@ -90,10 +91,11 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
 
 
 def contact_surface(fields: FieldFile) -> Figure:
-    """Returns a figure of the contact pressure on the first surface, with one column per point, at most four.
+    """Returns a figure of the contact pressure of solid bodies, with one column per point, at most four.
 
-    The points are spread over those with full-order forces; there must be one. The pressure of a row is its contact
-    force divided by its area. The full order is above, and the reduced model below it if there is one.
+    It shows the surfaces that carry the contact forces, in the plane of the two axes along which they are longest. The
+    points are spread over those with full-order forces; there must be one. The pressure of a row is its contact force
+    divided by its area. The full order is above, and the reduced model below it if there is one.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = [points[i] for i in sorted({round(i) for i in np.linspace(0, len(points) - 1, MAX_PANELS)})]

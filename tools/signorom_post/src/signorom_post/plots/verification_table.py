@@ -21,9 +21,9 @@ RIGHT_ALIGNED = ("reference", "Signorom", "difference", "allowed")
 
 
 def verification_table(figures: Sequence[VerifiedFigure]) -> Figure:
-    """Returns a figure with a table of the verified figures, grouped by problem.
+    """Returns a figure with a table of verified numbers; rows of one problem should stand next to each other.
 
-    Of many similar rows it shows only the worst. The verdict of a row that fails is bold and red.
+    Of similar rows (`worst_of_alike`) it shows only the worst. The verdict of a row that fails is bold and red.
     """
     rows = table_of(worst_of_alike(figures))
     widths = _column_widths([list(HEADINGS), *rows])

@@ -42,8 +42,9 @@ class Scene:
     def draw(self, name: str, title: str, caption: str, path: Path, on_contact: bool) -> None:
         """Writes one picture to `path` (PNG), colored by the field `name` of nodes or cells; a vector by its length.
 
-        `on_contact`: only the contact surfaces are colored, else the bodies. `title` stands above the color bar with
-        the unit, and `caption` in the corner. OSError if the picture cannot be written.
+        `on_contact`: only the contact surfaces are colored, at rest; else the displaced bodies. `title` stands above
+        the color bar with the unit, and `caption` in the corner. KeyError if the point does not have the field, OSError
+        if the picture cannot be written.
         """
         quantity = self._point.fields[name]
         values = quantity.values if quantity.values.ndim == 1 else np.linalg.norm(quantity.values, axis=1)

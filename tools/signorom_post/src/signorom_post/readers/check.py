@@ -43,14 +43,15 @@ class CheckFile:
         return self.fields[name].values
 
     def of(self, kind: int, **labels: int) -> list[IntArray]:
-        """Returns the nodes of each cell of a kind (BODY, BOUNDARY, SURFACE or LINK) whose fields have these values.
+        """Returns the nodes (from 0) of each cell whose kind is `kind` and whose fields have the values in `labels`.
 
-        `labels` are names of cell fields with the values, such as `contact=1, side=2`.
+        `kind` is BODY, BOUNDARY, SURFACE or LINK; `labels` are values by the names of cell fields, such as `contact=1,
+        side=2`. The nodes of a cell are in the order in which a picture joins them by lines.
         """
         return [self.cells[i] for i in self.indices(kind, **labels)]
 
     def indices(self, kind: int, **labels: int) -> IntArray:
-        """Returns the indices of the cells of a kind whose fields have these values; arguments as for `of`."""
+        """Returns the indices, from 0 in `cells`, of the cells that `of` chooses by these arguments."""
         is_chosen = self["kind"] == kind
         for name, value in labels.items():
             is_chosen = is_chosen & (self[name] == value)
@@ -58,7 +59,7 @@ class CheckFile:
 
     @cached_property
     def axis_names(self) -> tuple[str, str, str]:
-        """Names of the three coordinates: r, z and none if the model is axisymmetric, else x, y, z."""
+        """Names of the three coordinates: r, z and an empty text if the model is axisymmetric, else x, y, z."""
         return ("r", "z", "") if self.names["model"] == ["axisymmetric"] else ("x", "y", "z")
 
 
@@ -73,7 +74,10 @@ def find_check_file(path: Path) -> Path:
 
 
 def read_check(path: Path) -> CheckFile:
-    """Returns the contents of the file `path`; InputError if it is missing, damaged, or without a set-up or bodies."""
+    """Returns the contents of check.h5, the file `path`.
+
+    InputError if it is missing, damaged or inconsistent, has another format, or has no set-up or no bodies.
+    """
     try:
         with Hdf5Input(path) as file:
             file.check_format("signorom fields", 3)

@@ -29,7 +29,7 @@ class History:
     ranks: IntArray
     #: kappa of the contact rows (11), infinite as long as they do not have full rank
     condition_numbers: FloatArray
-    #: largest singular value of the contact rows over the smallest of the min(rows, columns) ones
+    #: largest singular value of the contact rows over the smallest one that is not zero
     singular_ratios: FloatArray
     #: condition number of the reduced stiffness
     stiffness_conditions: FloatArray
@@ -40,11 +40,17 @@ class History:
         return len(self.pairs) - 1
 
     def first_solvable(self) -> int | None:
-        """Returns the number of hats after which the contact rows first have full rank (11); None: never."""
+        """Returns the number of hats with which the contact rows first have full rank (11).
+
+        0: no hat is needed; None: never.
+        """
         return self.first_below(np.inf)
 
     def first_below(self, condition_number: float) -> int | None:
-        """Returns the number of hats after which kappa is first finite and at most `condition_number`; None: never."""
+        """Returns the number of hats with which kappa is first finite and at most `condition_number`.
+
+        0: no hat is needed; None: never.
+        """
         is_below = np.isfinite(self.condition_numbers) & (self.condition_numbers <= condition_number)
         return int(np.argmax(is_below)) if is_below.any() else None
 

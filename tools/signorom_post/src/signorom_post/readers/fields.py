@@ -57,9 +57,9 @@ class FieldPoint:
 
     @property
     def reduced_rows(self) -> IntArray:
-        """Contact rows in the domain of the chosen cluster, from 0, also where the fallback answers.
+        """Contact rows in the domain of the chosen cluster, from 0, also where the fallback answers or nothing does.
 
-        All rows with a condensed model; empty without a model.
+        All rows if the model is not hyper-reduced; empty if the file does not have them, as without a model.
         """
         if "rows_in_reduced_domain" not in self.fields:
             return np.empty(0, dtype=np.int64)
@@ -83,13 +83,16 @@ class FieldFile:
 
     @property
     def contact_faces(self) -> Faces:
-        """Outer faces of solid cells whose corners all own a contact row."""
+        """Outer faces of solid cells whose corners all carry the force of a contact row."""
         faces = self.mesh.outer_faces
         return faces.take(np.flatnonzero(np.isin(faces.nodes, self.contact.owners).all(axis=1)))
 
 
 def read_fields(path: Path) -> FieldFile:
-    """Returns the contents of fields.h5; InputError if the file is missing, damaged or inconsistent."""
+    """Returns the contents of fields.h5; InputError if the file is missing, damaged or inconsistent.
+
+    With more than 100 points, a field is read and checked only at its first use, which may raise InputError, too.
+    """
     with Hdf5Input(path) as file:
         file.check_format("signorom fields", 3)
         mesh = _read_mesh(file)

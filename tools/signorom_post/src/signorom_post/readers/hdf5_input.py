@@ -61,7 +61,7 @@ class Hdf5Input:
         return InputError(self.path, sentence)
 
     def check_format(self, name: str, version: int) -> None:
-        """Raises InputError if the file is of another format than `name`, or of another version of it than `version`."""
+        """Raises InputError unless the attributes of the file say that its format is `name`, in version `version`."""
         found = self.attribute("/", "format")
         if found is None:
             raise self.fail(f"the file is not a '{name}' file: it has no attribute 'format'")
@@ -111,7 +111,7 @@ class Hdf5Input:
     def reals(self, name: str, n_axes: int) -> FloatArray:
         """Returns a dataset of real or integer numbers as real numbers.
 
-        InputError if it is missing, is text, or does not have `n_axes` dimensions.
+        InputError if it is missing, is a group, has no numbers, or does not have `n_axes` dimensions.
         """
         values = np.asarray(self._raw(name))
         if values.dtype.kind not in "fiub":
@@ -164,7 +164,7 @@ class Hdf5Input:
     def attribute(self, name: str, attribute: str) -> Any:
         """Returns an attribute of a dataset or group as text, number, array or list of texts; None if it has none.
 
-        InputError if there is no dataset or group `name`.
+        An array of one number is returned as a number. InputError if there is no dataset or group `name`.
         """
         with self._guarded(f"attribute '{attribute}' of '{name}'"):
             value = self._file[name].attrs.get(attribute)

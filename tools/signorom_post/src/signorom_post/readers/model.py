@@ -72,7 +72,10 @@ class Model:
 
     @property
     def energy_unit(self) -> str:
-        """Unit of an elastic energy, in plane models of an energy per thickness; empty if a unit is not known."""
+        """Unit of an elastic energy, in plane models of an energy per thickness.
+
+        Empty if the file lacks the unit of lengths or of forces, or its deck lacks the mechanical model.
+        """
         kind = self._mechanical_model
         if not (self.force_unit and self.length_unit and kind):
             return ""
@@ -80,7 +83,7 @@ class Model:
         return f"{unit}/{self.length_unit}" if kind.startswith("plane") else unit
 
     def unit_of(self, parameter: str) -> str:
-        """Returns the unit of a parameter; empty if the parameter is unknown or has no unit."""
+        """Returns the unit of a parameter as the deck gives it; empty if the parameter is unknown or has no unit."""
         units = dict(zip(self.parameter_names, self.parameter_units, strict=True))
         return units.get(parameter, "")
 

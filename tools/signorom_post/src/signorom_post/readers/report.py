@@ -13,7 +13,7 @@ from signorom_post.readers.hdf5_input import require_file
 def read_report(path: Path) -> dict[str, Any]:
     """Returns the sections of report.yaml, which depend on the commands that were run.
 
-    InputError if the file is missing, cannot be read, is not YAML, or has no sections.
+    InputError if the file is missing, cannot be read, is not YAML, or is not a mapping.
     """
     return read_sections(path, "report")
 
@@ -21,8 +21,8 @@ def read_report(path: Path) -> dict[str, Any]:
 def read_sections(path: Path, kind: str) -> dict[str, Any]:
     """Returns the sections of a YAML file: key -> value.
 
-    InputError if the file is missing, cannot be read, is not YAML, or has no sections. `kind` names the kind of file in
-    the message about missing sections.
+    InputError if the file is missing, cannot be read, is not YAML, or is not a mapping. `kind`, such as `report`, names
+    the file in the message of the last case.
     """
     require_file(path)
     try:

@@ -21,9 +21,9 @@ def cells_of_mixed(
 ) -> tuple[list[IntArray], list[int]]:
     """Returns the nodes of each cell of XDMF's mixed list, and the dimension of each cell.
 
-    `flat` is the list: for each cell the number of its type, then its nodes from 0. `known` are the types that may
-    occur: number -> (number of nodes, dimension). InputError, about `file`, for another type, or if the list ends too
-    early.
+    `flat` is the list: for each cell the number of its type, of points and lines then the number of nodes, then the
+    nodes from 0. `known` are the types that may occur: number -> (number of nodes, dimension). InputError, about
+    `file`, for another type, or if the list ends too early.
     """
     cells, dimensions, start = [], [], 0
     while start < len(flat):
@@ -44,7 +44,7 @@ def drawn_nodes(nodes: IntArray, n_dim: int) -> IntArray:
     """Returns the nodes of a cell for pictures: along a line, around a plane cell, the corners of a solid cell.
 
     `nodes` are in gmsh's order, and `n_dim` is the dimension of the cell. Around a quadratic plane cell come middles of
-    sides and corners in turn, without a node inside.
+    sides and corners in turn, beginning with the middle of the first side, without a node inside.
     """
     if n_dim == 3:
         return nodes[: 4 if len(nodes) in (4, 10) else 8]

@@ -39,10 +39,11 @@ class Validation:
     has_solution: BoolArray
 
     def counted_errors(self, name: str) -> FloatArray:
-        """Returns the column of an error as the command `validate` counts it in its statistics.
+        """Returns the errors `name` as the verdict of the command `validate` counts them; e_lambda_rid differs.
 
         A point without an answer counts as infinite. An undefined error (nan) counts as 0 if the full order has no
-        closed contact, and else as infinite. Points without a full-order solution are left out.
+        closed contact, and else as infinite; for e_lambda_rid the verdict also counts 0 if no contact of the domain
+        touches. Points without a full-order solution are left out.
         """
         errors = self.columns[name]
         n_active = self.columns["n_active_full_order"]
@@ -54,7 +55,7 @@ class Validation:
 def read_validation(path: Path) -> Validation:
     """Returns the contents of validation.csv, whose columns before `cluster` are the parameters.
 
-    InputError if the file is missing or cannot be used.
+    Without the column `full_order` all points count as solved. InputError if the file is missing or cannot be used.
     """
     file = CsvInput(path, (*NUMERIC_COLUMNS, "solver"))
     n_parameters = file.header.index("cluster")
