@@ -83,7 +83,7 @@ def test_program_is_found_by_variable_path_and_build(tmp_path: Path, monkeypatch
     monkeypatch.setenv("SIGNOROM_EXECUTABLE", str(program))
     assert find_program() == program
     monkeypatch.setenv("SIGNOROM_EXECUTABLE", str(tmp_path / "missing"))
-    with pytest.raises(InputError, match="the variable SIGNOROM_EXECUTABLE names it"):
+    with pytest.raises(InputError, match="the variable SIGNOROM_EXECUTABLE must be the path of the program"):
         find_program()
     monkeypatch.delenv("SIGNOROM_EXECUTABLE")
     monkeypatch.setenv("PATH", str(program.parent))

@@ -34,7 +34,9 @@ def find_program() -> Path:
     wanted = os.environ.get(VARIABLE)
     if wanted:
         if not Path(wanted).is_file():
-            raise InputError(wanted, f"there is no such file; the variable {VARIABLE} must be the path of the program")
+            raise InputError(
+                wanted, f"there is no such file; the variable {VARIABLE} must be the path of the program"
+            )
         return Path(wanted).resolve()
     in_path = shutil.which("signorom")
     if in_path:

@@ -55,7 +55,8 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
     """
     if find_spec("vtk") is None:
         raise InputError(
-            "signorom-post view", "VTK is not installed in this Python environment; pip install 'vtk>=9.2'"
+            "signorom-post view",
+            "VTK is not installed; hint: in the Python environment of signorom-post: pip install 'vtk>=9.2'",
         )
     from signorom_post.plots.vtk_scene import Scene
 
