@@ -199,7 +199,7 @@ module sig_reduced
       character(*), intent(in) :: force
     end subroutine write_part
 
-    !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank.
+    !> Reads the part from a group of a model file. Errors: a dataset or attribute is missing, or has another type or rank.
     subroutine read_part(self, file, group, error)
       import :: error_t, h5_reader_t, reduced_t
       implicit none(type, external)

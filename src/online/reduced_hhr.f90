@@ -295,7 +295,8 @@ contains
     call write_cluster(file, group, self%data, length, force)
   end subroutine write
 
-  !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank (read_cluster).
+  !> Reads the part from a group of a model file (read_cluster). Errors: a dataset or attribute is missing, or has another type or
+  !> rank.
   subroutine read(self, file, group, error)
     class(reduced_hhr_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
