@@ -38,7 +38,7 @@ def check_bodies(check: CheckFile) -> Figure:
 
     A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows,
     of some nodes if there are many. Named boundaries have numbers. In space there are two views, from above and from
-    below. Neither shows what the bodies hide, nor marks and arrows on nodes that face another body.
+    below. Neither shows what the bodies hide, nor marks and arrows on faces whose nodes all face another body.
     """
     return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
 
