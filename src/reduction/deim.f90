@@ -17,12 +17,12 @@ contains
   !> linear system is solved. Of nearly equal rows the one with the lowest number is taken, so that rounding (number of
   !> ranks, BLAS) does not change the choice.
   !>
-  !> Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010), algorithm 1. Local. Cost: n_dofs * n_modes**2. Requires:
+  !> Source: Chaturantabut and Sorensen, SIAM J. Sci. Comput. 32 (2010), algorithm 1. Local. Cost: n_rows * n_modes**2. Requires:
   !> independent columns, and not more columns than rows.
   pure function deim_rows(basis) result(rows)
-    !> shape (n_dofs, n_modes)
+    !> modes of displacements (rows: natural dofs) or of contact forces (rows: contact rows), shape (n_rows, n_modes)
     real(rk), intent(in) :: basis(:, :)
-    !> natural (order of the mesh file), shape (n_modes)
+    !> numbers of the rows of the basis, 1-based, shape (n_modes)
     integer :: rows(size(basis, 2))
     real(rk) :: residuals(size(basis, 1), size(basis, 2))
     integer :: i_mode, j_mode

@@ -92,7 +92,8 @@ contains
     allocate (path%chosen(0), path%ranks(0), path%condition_numbers(0), path%ratios(0))
   end subroutine start_path
 
-  !> Appends to the path rank, kappa and the ratio of singular values of M with the hats so far.
+  !> Appends to the path the rank and kappa of M with the hats so far (kappa is infinite below full rank), and the ratio of its
+  !> largest singular value to the smallest one above the rank tolerance.
   pure subroutine append_state(sigma, n_rows, rule, path)
     !> singular values of M, descending
     real(rk), intent(in) :: sigma(:)
@@ -111,7 +112,8 @@ contains
     path%ratios = [path%ratios, ratio]
   end subroutine append_state
 
-  !> Whether the rule allows no further hat.
+  !> Whether the rule allows no further hat: with is_auto where the rank is full without hats; the greedy choice also at max_hats,
+  !> and where the rank is full and kappa is at most max_condition_number.
   pure logical function is_finished(path, n_rows, rule)
     type(enrichment_path_t), intent(in) :: path
     integer, intent(in) :: n_rows
@@ -125,8 +127,8 @@ contains
     end associate
   end function is_finished
 
-  !> Returns the index of the candidate that is left and gives the smallest ratio of singular values (ratio_with_column); of nearly
-  !> equal ones the first. Requires: a candidate is left.
+  !> Returns the index of the candidate that is left and gives M with its column the smallest ratio of the largest to the smallest
+  !> singular value (ratio_with_column); of nearly equal ones the first. Requires: a candidate is left.
   pure integer function best_hat(space, rows, entries, is_left) result(i_best)
     !> of M with the hats so far, without the singular values that count as zero
     type(column_space_t), intent(in) :: space

@@ -77,7 +77,8 @@ contains
     if (i_worst == 0) error = 0
   end subroutine find_worst
 
-  !> Subtracts from a rest its projection on the directions that were added since its last update.
+  !> Subtracts from the rest of vector i its projection on the directions that were added since its last update, and measures the
+  !> length of this rest again (errors).
   subroutine update(self, i)
     type(greedy_projection_t), intent(inout) :: self
     integer, intent(in) :: i

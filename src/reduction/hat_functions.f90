@@ -39,7 +39,8 @@ contains
   !> owner of the row, with which owners of other rows may have to move (more_nodes); on the second side its only node, if no other
   !> row has that node.
   !>
-  !> The hats of both sides change B V in the same way except for the sign, so both give the same kappa. Source: section 3.3. Local.
+  !> Where both sides are single nodes without prescribed components, their hats change B V in the same way except for the sign, so
+  !> both give the same kappa. Source: section 3.3. Local.
   pure function hats_of_rows(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -89,7 +90,8 @@ contains
 
   !> Returns the hats of one side: one per row of the domain, with values and entry 0 where there is no hat. The hats of the first
   !> side are on the owners of the rows. The second side has hats only where it is a single node. A hat must not change other rows.
-  !> A node of other rows has therefore a hat only on the first side, and only where the owners of these rows can follow.
+  !> A node that other rows contain, too, has therefore a hat only on the first side, and only where the owners of these rows can
+  !> follow.
   pure function hats_of_side(rows, domain, is_prescribed, is_second) result(hats)
     type(contact_rows_t), intent(in) :: rows
     type(reduced_domain_t), intent(in) :: domain
@@ -125,8 +127,8 @@ contains
   end function hats_of_side
 
   !> [-] Returns the coefficients of the owner of a row, shape (n_dim). Where the first side of the row has more nodes than the
-  !> owner, they are scaled so that they change the row by 1. Along a side of a quadratic face this is the shape function of the
-  !> middle node in the changed basis.
+  !> owner, they are scaled: if the owner moves by them, the row changes by 1. Along a side of a quadratic face this is the shape
+  !> function of the middle node in the changed basis.
   pure function normal_of(rows, row) result(normal)
     type(contact_rows_t), intent(in) :: rows
     !> number among all contact rows
@@ -137,7 +139,8 @@ contains
     if (rows%splits(row) - rows%offsets(row) > rows%n_dim) normal = normal / sum(normal**2)
   end function normal_of
 
-  !> Adds to hat i_hat, the last one so far, the motions of the owners of other rows that follow it.
+  !> Adds to hat i_hat, the last one so far, the owners of other rows that must move with its node, and their motions: they keep
+  !> these rows unchanged.
   pure subroutine add_followers(rows, row, is_prescribed, followers, i_hat, hats)
     type(contact_rows_t), intent(in) :: rows
     !> of the hat, a number among all contact rows

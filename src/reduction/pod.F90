@@ -82,7 +82,7 @@ contains
   end subroutine set_snapshot
 
   !> Returns the coordinates of the snapshots in an orthonormal basis of their span; the entries below the diagonal are zero. For
-  !> tall matrices only, after set_snapshot. Collective.
+  !> tall matrices only (not fewer rows than snapshots), after set_snapshot for all of them; only `destroy` may follow. Collective.
   subroutine triangle(self, coordinates, ierr)
     class(pod_t), intent(inout) :: self
     !> [as snapshots] shape (n_snapshots, n_snapshots), the same on all ranks

@@ -16,7 +16,7 @@ contains
   pure integer function pod_rank(singular_values, tolerance) result(n_modes)
     !> descending, >= 0, in any unit
     real(rk), intent(in) :: singular_values(:)
-    !> [-] pod_tolerance of the deck
+    !> [-] one of the pod tolerances of the deck
     real(rk), intent(in) :: tolerance
 
     n_modes = min(rank_from_energy_tail(singular_values, tolerance), available_modes(singular_values))
@@ -53,7 +53,7 @@ contains
   pure integer function rank_from_energy_tail(singular_values, tolerance) result(n_modes)
     !> [-] descending, >= 0
     real(rk), intent(in) :: singular_values(:)
-    !> [-] the deck's pod_tolerance
+    !> [-] as in pod_rank
     real(rk), intent(in) :: tolerance
     real(rk) :: tail, total
     integer :: i_value

@@ -88,16 +88,16 @@ contains
     load = -reshape(matmul(tests, stiffness_rows(mesh, body, domain, lifting)), shape(load))
   end subroutine project_part
 
-  !> Returns K[A, A+I] * fields[A+I, :], shape (size of A, n_fields).
+  !> Returns K[A, A+I] * fields[A+I, :], in the order of domain%interior_dofs, shape (size of A, n_fields).
   !>
   !> The sum over the cells of the domain is complete, because all cells around a dof of A belong to the domain.
   function stiffness_rows(mesh, body, domain, fields) result(rows)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     type(reduced_domain_t), intent(in) :: domain
-    !> [length] shape (n_dofs, n_fields)
+    !> [length], or [-] for modes, shape (n_dofs, n_fields)
     real(rk), intent(in) :: fields(:, :)
-    !> [force]
+    !> [force], or [force/length] for modes
     real(rk), allocatable :: rows(:, :)
     real(rk), allocatable :: forces(:, :)
     integer, allocatable :: dofs(:)

@@ -85,7 +85,7 @@ contains
     call collect_sets(mesh, rows, growth, domain)
   end subroutine build_reduced_domain
 
-  !> Lists for each node the nodes of all its contact rows, itself included.
+  !> Lists for each node the nodes of all its contact rows, itself included; there are none for a node without contact rows.
   pure subroutine find_ties(rows, n_nodes, ties)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes

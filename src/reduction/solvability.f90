@@ -123,7 +123,7 @@ contains
     is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
   end function is_undetermined
 
-  !> Returns a sentence, without full stop, on how many modes the equations determine.
+  !> Returns a sentence, without full stop: how many modes the equations determine, of how many, and how many they can at most.
   function undetermined_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -133,11 +133,12 @@ contains
       to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
-  !> Returns the warnings about a model, one sentence each, without full stop: ranks that are not full, loads that the domain
-  !> misses, a condition number of K_r above 1e8, has_all_hats. Requires: the ranks and condition numbers in `cluster`.
+  !> Returns the warnings about a model, one sentence each, without full stop: ranks that are not full (of (11), of the basis on the
+  !> domain, of K_r), loads that the domain misses, a condition number of K_r above 1e8, has_all_hats. Requires: the ranks and
+  !> condition numbers in `cluster`.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(hhr_data_t), intent(in) :: cluster
-    !> both hats of every pair are in the basis
+    !> the deck asks for the hats of both sides (reduction.enrichment: all)
     logical, intent(in) :: has_all_hats
     !> number of loaded nodes (find_loaded_nodes), and of those among them that are not interior nodes of the domain
     integer, intent(in) :: n_loaded

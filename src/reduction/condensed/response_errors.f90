@@ -84,7 +84,7 @@ contains
     integer, intent(in) :: i
     !> [-] values of the terms there, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] of the snapshot
+    !> [force] of the snapshot at this point, all contacts, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     !> work space of `reduced`; afterwards it has W of the point
     class(room_t), intent(inout) :: room
@@ -157,8 +157,10 @@ contains
   end function nearest_of
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
-  !> change times the factor by which measured_error became smaller (taken as at least 0.05 and at most 1). It is huge in the first
-  !> round. Probes without an answer in this round or in the last one do not count. Requires: measure_responses of the same round.
+  !> change times the factor by which measured_error of `reduced` became smaller (taken as at least 0.05 and at most 1). A change is
+  !> relative to the norm of the new forces, but at least to 1e-3 of the largest such norm. The estimate is huge in the first round.
+  !> Probes without an answer in this round or in the last one do not count; if none counts in a later round, it is 0. Requires:
+  !> measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

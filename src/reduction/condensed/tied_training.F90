@@ -35,9 +35,9 @@ module sig_tied_training
 
 contains
 
-  !> Trains the model, unless the rows that change need more memory than reduction.max_full_order_size or the tied stiffness cannot
-  !> be factored. Warns where the deck asks for displacement modes, which this model does not have. Collective on all ranks, with
-  !> the same result on each.
+  !> Trains the model, unless the rows that may change need more memory than reduction.max_full_order_size or the tied stiffness
+  !> cannot be factored. Warns where reduction.displacement is auto or asks for modes, because this model has no displacement modes.
+  !> Collective on all ranks, with the same result on each.
   !>
   !> Errors: those of group_sets.
   subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
@@ -69,13 +69,15 @@ contains
       PetscCall(fill_cluster(full_order, i, reduced, reason, ierr))
       if (reason /= '') return
     end do
-    if (plan%has_modes) call log_warning('this model is tied, because the matrix of all contacts is too large: it has no ' // &
-      'displacement modes, and answers displacements only on the boundaries that reduction.displacement names; with auto, on none')
+    if (plan%has_modes) call log_warning('this model is tied, because the matrix of all contacts takes more memory than ' // &
+      'reduction.max_full_order_size: it has no displacement modes, and answers displacements only on the boundaries that ' // &
+      'reduction.displacement names; with auto, on none')
     call move_alloc(reduced, part)
   end subroutine train_tied
 
-  !> Divides the training points into 1, 2, 4, ... clusters, up to 16 or the number of points, until reduction.max_full_order_size
-  !> allows the memory that their contact forces need; displacements are not counted. Local. Errors: those of group_sets.
+  !> Divides the training points into 1 cluster, then into twice as many each time, until reduction.max_full_order_size allows the
+  !> memory that the contact forces of all clusters need; displacements are not counted. There are at most 16 clusters, at most as
+  !> many as points, and fewer where there are fewer different active sets. Local. Errors: those of group_sets.
   subroutine divide(problem, sets, data, reason, error)
     type(problem_t), intent(in) :: problem
     !> closed rows at the training points, shape (n_rows, n_points)
@@ -113,8 +115,8 @@ contains
       ' MB, also in clusters of the training points'
   end subroutine divide
 
-  !> Returns the status of each contact row in a cluster. Rows within two rings of cells around one that changes at the training
-  !> points count as changing, because they may change between these points.
+  !> Returns the status of each contact row in a cluster: closed at all of its points, open at all of them, or changing. Rows within
+  !> two rings of cells around a row that changes count as changing, too, because they may change between these points.
   function status_of_rows(problem, sets) result(status)
     type(problem_t), intent(in) :: problem
     !> closed rows at the points of the cluster, shape (n_rows, n_points)

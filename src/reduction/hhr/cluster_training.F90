@@ -30,8 +30,8 @@ contains
 
   !> Trains the models of some clusters, each by one group of ranks. Afterwards every rank has all of them. Collective on all ranks.
   !>
-  !> Errors: the error of the first cluster that could not be trained, with its number where there are several clusters. Then no
-  !> model changes.
+  !> Errors: the error of the first cluster in `which` that could not be trained, with its number where there are several clusters;
+  !> those of share_cluster. Then no model changes.
   subroutine train_clusters(problem, snapshots, clusters, which, models, error, ierr)
     type(problem_t), intent(in) :: problem
     !> full-order solutions, whose dofs are spread over all ranks
@@ -104,10 +104,10 @@ contains
     call move_alloc(own_error, error)
   end subroutine train_round
 
-  !> Sends every trained cluster to all ranks. Collective on all ranks.
+  !> Sends every trained cluster to all ranks; after an error no further ones. Collective on all ranks.
   !>
   !> Errors: the error of the first cluster that could not be trained. It is the same for any number of groups, because each group
-  !> trains its clusters in their order.
+  !> trains its clusters in their order. Those of share_cluster.
   subroutine exchange_clusters(problem, groups, i_failed, trained, error, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -169,7 +169,9 @@ contains
   !> Trains the model of one cluster. Collective on comm. Errors: those of choose_domain and build_system; no modes are left.
   subroutine train_cluster(problem, snapshots, comm, modes, cluster, error, ierr)
     type(problem_t), intent(in) :: problem
+    !> those of this cluster; of their displacements each rank has some dofs
     type(training_set_t), intent(in) :: snapshots
+    !> the group of ranks that trains this cluster
     MPI_Comm, intent(in) :: comm
     !> modes of the snapshots, all dofs
     type(pod_modes_t), intent(in) :: modes
@@ -207,6 +209,7 @@ contains
     if (cluster%n_modes > 0) return
     call make_error(error, 'the reduced model has no unknowns: the prescribed displacements fix its POD modes, ' // &
       to_text(cluster%n_pod_modes + cluster%n_extra_modes) // ' in number', problem%deck%path, &
-      hint='take reduction.dirichlet: elastic_lifting, a smaller reduction.pod_tolerance, or more training points')
+      hint='take reduction.dirichlet: elastic_lifting, more modes (a smaller reduction.pod_tolerance, or a larger ' // &
+      'n_modes), or more training points')
   end subroutine need_unknowns
 end module sig_cluster_training

@@ -38,7 +38,8 @@ contains
 
   !> Adds the data for certificates to every cluster. No cluster gets them where reduction.max_full_order_size is 0 or there are no
   !> contact rows, or, with a warning in the log, where they need more memory than max_full_order_size allows, the stiffness cannot
-  !> be factored, or a row has no node of its own that is free to move. Collective on all ranks, with the same result on each.
+  !> be factored or a solve fails, or a row has no node of its own that is free to move. Collective on all ranks, with the same
+  !> result on each.
   subroutine add_certificates(full_order, model, ierr)
     !> loaded problem, whose stiffness does not depend on the parameters
     type(full_order_t), intent(inout) :: full_order
@@ -98,7 +99,7 @@ contains
     end do
   end function size_of_certificates
 
-  !> Returns the contact rows of the domains of all clusters, ascending.
+  !> Returns the contact rows of the domains of all clusters, ascending and each once.
   function rows_of_domains(model) result(rows)
     type(model_t), target, intent(in) :: model
     integer, allocatable :: rows(:)

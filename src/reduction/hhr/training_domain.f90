@@ -20,9 +20,9 @@ module sig_training_domain
 
 contains
 
-  !> Builds the reduced integration domain around the interpolation nodes of the modes, the zones of interest and moved_nodes. With
-  !> automatic zones of interest, or if this domain has no contact row, it is built again with more contact rows if lacking_rows
-  !> finds some.
+  !> Builds the reduced integration domain around the interpolation nodes (DEIM) of the modes, the nodes of the contact rows that
+  !> DEIM of dual_modes chooses, the zones of interest and moved_nodes. With auto in reduction.zones_of_interest, or if this domain
+  !> has no contact row, it is built again with more contact rows if lacking_rows finds some.
   !>
   !> Errors: the mesh lacks a boundary of the deck; no node lies in a window.
   subroutine choose_domain(problem, snapshots, contact_values, modes, dual_modes, domain, moved_nodes, error)
@@ -60,16 +60,17 @@ contains
   !> Returns the contact rows that must be added to a domain.
   !>
   !> Paper: there the domain has enough contact rows by the interpolation points of the displacement modes. That is not always so.
-  !> Without a closed row the reduced problem has no contact forces, and nothing in its answer shows the error. Where the deck names
-  !> its own zones, rows are added only to a domain without any contact row. The rows are those of missing_rows. Where no contact is
-  !> closed in any snapshot and the domain has no contact row, the row with the smallest opening of each snapshot is added: the
-  !> answer without contact forces is right until one of them closes.
+  !> Without a closed row the reduced problem has no contact forces, and nothing in its answer shows the error. Without auto in
+  !> reduction.zones_of_interest, rows are added only to a domain without any contact row. The rows are those of missing_rows. Where
+  !> no contact is closed in any snapshot and the domain has no contact row, the row with the smallest opening of each snapshot is
+  !> added: the answer without contact forces is right until one of them closes.
   function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     !> [length] from snapshot_contact_values
     real(rk), intent(in) :: contact_values(:, :)
     type(reduced_domain_t), intent(in) :: domain
+    !> numbers of contact rows, 1-based; empty where none must be added
     integer, allocatable :: rows(:)
     real(rk), allocatable :: openings(:, :), theta(:, :)
     integer :: i_bad_point, i_bad_source, n
@@ -85,8 +86,9 @@ contains
     rows = rows_next_to_close(openings)
   end function lacking_rows
 
-  !> Finds the nodes on which prescribed displacements are imposed as equations: the middle node of each boundary with a prescribed
-  !> displacement that is not zero. There are none where the deck uses a lifting instead. Errors: the mesh lacks a boundary.
+  !> Finds the nodes on which prescribed displacements are imposed as equations. Each boundary condition adds the middle node of its
+  !> boundary if a node of this boundary has a prescribed displacement that is not zero, by this condition or by another one.
+  !> There are none where the deck uses a lifting instead. Errors: the mesh lacks a boundary.
   !>
   !> Paper: section 5.1 adds "two nodes on the top and bottom surfaces".
   subroutine find_moved_nodes(problem, nodes, error)
@@ -106,7 +108,7 @@ contains
     end do
   end subroutine find_moved_nodes
 
-  !> Whether some prescribed displacement of the nodes has a term that is not zero.
+  !> Whether a displacement that is prescribed at one of the nodes has a value that is not zero for some term.
   pure logical function is_moved(problem, nodes)
     type(problem_t), intent(in) :: problem
     !> natural (order of the mesh file)

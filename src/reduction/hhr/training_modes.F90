@@ -32,7 +32,8 @@ module sig_training_modes
 contains
 
   !> Computes the modes of the snapshots minus their response without contact, or of the whole snapshots with `dirichlet:
-  !> multiplier`. Collective on comm, over which the dofs of the snapshots are spread; the result is the same on each rank.
+  !> multiplier`; with reduction.normalize each is first scaled to length 1. Collective on comm, over which the dofs of the
+  !> snapshots are spread; the result is the same on each rank.
   !>
   !> Errors: there is no mode above rounding, because all snapshots are zero, have no contact, or contact moves nothing; the deck
   !> asks for more modes than there are. After an error modes%vectors is not allocated.
@@ -118,7 +119,8 @@ contains
         'for a reduced model')
     else
       call make_error(error, 'the bodies touch at none of these training points: every snapshot is the response without ' // &
-        'contact, so there is nothing to make modes of', path, hint='take training points at which they touch, or fewer clusters')
+        'contact, so there is nothing to make modes of', path, hint='take training points at which they touch; if the deck ' // &
+        'asks for several clusters, fewer clusters may help, too')
     end if
   end subroutine explain_no_modes
 

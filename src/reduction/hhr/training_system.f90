@@ -123,6 +123,7 @@ contains
     type(reduced_domain_t), intent(in) :: domain
     !> POD modes V, shape (n_dofs, n_modes)
     real(rk), intent(in) :: modes(:, :)
+    !> those that were added, in this order
     type(hat_set_t), intent(out) :: hats
     type(hhr_data_t), intent(inout) :: cluster
     type(enrichment_rule_t) :: rule
@@ -167,7 +168,7 @@ contains
     !> the chosen hats
     type(hat_set_t), intent(in) :: hats
     type(reduced_domain_t), intent(in) :: domain
-    !> number of modes before the first hat
+    !> number of POD modes, before prescribed displacements were imposed on them
     integer, intent(in) :: n_pod_columns
     type(hhr_data_t), intent(inout) :: cluster
     integer :: i
@@ -240,7 +241,7 @@ contains
     misfit = prescribed_misfit(problem, snapshots, rows, cluster%lifting)
     if (misfit > representable) call make_error(error, 'the modes miss the prescribed displacements by ' // &
       to_text(misfit) // ' of their size', problem%deck%path, &
-      hint='use reduction.dirichlet: elastic_lifting, or a smaller reduction.pod_tolerance')
+      hint='use reduction.dirichlet: elastic_lifting, or more modes (a smaller reduction.pod_tolerance, or a larger n_modes)')
   end subroutine split_prescribed
 
   !> [-] Returns the largest difference between the lifting and the prescribed values over the training points and the given rows,
