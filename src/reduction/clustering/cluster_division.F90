@@ -30,14 +30,16 @@ contains
   !> clusters than asked for. Collective on all ranks, with the same result on each.
   !>
   !> Source: section 4. Errors, unless n_clusters is 1: a snapshot is zero; a point of the grid has no solution (regular clusters);
-  !> more clusters than items are asked for; a cluster has too few snapshots; the forest cannot be trained (irregular clusters).
+  !> n_clusters is larger than the number of items, which are the cells of the grid (regular) or the snapshots (irregular); a
+  !> cluster has fewer snapshots than clusters.min_snapshots; the forest cannot be trained (irregular clusters).
   subroutine divide_snapshots(deck, n_clusters, snapshots, model, clusters, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> 0: the number up to clusters.max_number with the best separated clusters is chosen
+    !> 0: the number from 2 to clusters.max_number with the best separated clusters is chosen; 1 if max_number is 1, or if there is
+    !> only one item
     integer, intent(in) :: n_clusters
     !> all snapshots that have a full-order solution, in the order of the training points of the deck
     type(training_set_t), intent(in) :: snapshots
-    !> model whose header is filled
+    !> its header is filled (fill_model_header); of the model only `choice` changes
     type(model_t), intent(inout) :: model
     type(cluster_t), allocatable, intent(out) :: clusters(:)
     type(error_t), allocatable, intent(out) :: error
@@ -66,7 +68,8 @@ contains
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots
 
-  !> Writes a warning to the log about the first two equal snapshots, if there are any. Collective on all ranks.
+  !> Writes a warning to the log if some snapshot equals an earlier one, with the points of the first such pair (find_identical).
+  !> Collective on all ranks.
   subroutine warn_of_identical(deck, snapshots, lengths, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -162,8 +165,8 @@ contains
     PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
   end subroutine divide_points
 
-  !> Finds n_clusters clusters, or, with n_clusters = 0, the number up to clusters.max_number with the best separated clusters.
-  !> Local, with the same result on every rank. Errors: those of find_medoids.
+  !> Finds n_clusters clusters, or, with n_clusters = 0, the number of choose_n_clusters, at most clusters.max_number. Local, with
+  !> the same result on every rank. Errors: those of find_medoids.
   subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
@@ -193,6 +196,7 @@ contains
   pure logical function has_small_cluster(deck, clusters, found)
     type(deck_config_t), intent(in) :: deck
     type(cluster_t), intent(in) :: clusters(:)
+    !> the medoids and labels from which `clusters` were made
     type(medoids_t), intent(in) :: found
 
     has_small_cluster = deck%clusters%small_clusters == 'merge' .and. size(found%medoids) > 1 .and. &
@@ -209,8 +213,8 @@ contains
     end do
   end function sizes_of
 
-  !> Merges the cluster with the fewest snapshots (of equal ones the first) by merge_cluster, and writes that to the log. `clusters`
-  !> does not change.
+  !> Merges the cluster with the fewest snapshots (of equal ones the first) by merge_cluster, and writes to the log into which
+  !> cluster. Changes only `found`; the caller makes `clusters` again from it.
   subroutine dissolve_small(deck, dissimilarity, clusters, found)
     type(deck_config_t), intent(in) :: deck
     !> as in find_medoids

@@ -31,9 +31,10 @@ module sig_cluster_split
 
 contains
 
-  !> Splits cluster k: it keeps the items nearer to the first of two medoids, and the others become a new last cluster. For
-  !> irregular clusters the forest is trained again on all snapshots, which also writes its files. For regular clusters the rule of
-  !> choice gets new labels of the cells. Collective on division%comm, with the same result on each rank.
+  !> Splits cluster k: it keeps those of its items (cells of the grid, or snapshots) that are nearer to the first of two medoids;
+  !> the others become a new last cluster. For irregular clusters the forest is trained again on all snapshots, which also writes
+  !> the files of the forest. For regular clusters the rule of choice gets new labels of the cells. Collective on division%comm,
+  !> with the same result on each rank.
   !>
   !> Requires: for regular clusters, the snapshots of the whole grid come first. Errors: the forest cannot be trained; the clusters
   !> are split nevertheless.
@@ -70,9 +71,9 @@ contains
     end if
   end subroutine split_cluster
 
-  !> Trains the forest of a division again on the first n_labeled snapshots and their clusters, and writes its files labels.csv and
-  !> forest.h5 into the results folder. Collective on division%comm. Requires: irregular clusters. Errors: the forest cannot be
-  !> trained.
+  !> Trains division%choice%forest again on the first division%n_labeled snapshots and their clusters, and writes its files
+  !> labels.csv and forest.h5 into the results folder. Collective on division%comm. Requires: irregular clusters; each of these
+  !> snapshots is in a cluster. Errors: the forest cannot be trained.
   subroutine restore_forest(deck, snapshots, division, error, ierr)
     type(deck_config_t), intent(in) :: deck
     type(training_set_t), intent(in) :: snapshots
@@ -170,7 +171,8 @@ contains
     if (.not. allocated(error)) is_second = found%labels == 2
   end function second_half
 
-  !> Returns the cluster of each snapshot, 0 for a snapshot in none. Each snapshot must be in one cluster at most.
+  !> Returns the cluster of each snapshot up to the last one that is in a cluster; 0 for a snapshot in none. Each snapshot must be
+  !> in one cluster at most.
   pure function labels_of(clusters) result(labels)
     type(cluster_t), intent(in) :: clusters(:)
     integer, allocatable :: labels(:)

@@ -23,7 +23,7 @@ module sig_clustering
 contains
 
   !> Checks that no snapshot is zero, because angles between snapshots need a direction. Errors: a snapshot is zero; the message
-  !> gives its point.
+  !> gives the number and the point of the first one.
   subroutine check_snapshots(lengths, names, points, error)
     !> Euclidean norms of the snapshots, shape (n_snapshots)
     real(rk), intent(in) :: lengths(:)
@@ -103,7 +103,7 @@ contains
     numbers = pack([(i, i=1, size(is_member))], is_member)
   end function numbers_of
 
-  !> Checks the number of snapshots of each cluster. Errors: a cluster has fewer than min_snapshots; the message gives its number.
+  !> Checks the number of snapshots of each cluster. Errors: a cluster has fewer than min_snapshots; the message names the first.
   pure subroutine check_clusters(clusters, min_snapshots, error)
     type(cluster_t), intent(in) :: clusters(:)
     integer, intent(in) :: min_snapshots

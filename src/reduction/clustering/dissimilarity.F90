@@ -43,11 +43,11 @@ contains
     PetscCall(pod%destroy(ierr))
   end subroutine snapshot_coordinates
 
-  !> Gathers all dofs on every rank, for snapshots of few dofs. Collective on comm.
+  !> Gathers all dofs of all snapshots on every rank, for snapshots of few dofs. Collective on comm.
   subroutine gather_fields(snapshots, comm, fields, ierr)
     type(training_set_t), intent(in) :: snapshots
     MPI_Comm, intent(in) :: comm
-    !> shape (n_dofs, n_snapshots)
+    !> [length] displacements, shape (n_dofs, n_snapshots), the same on all ranks
     real(rk), allocatable, intent(out) :: fields(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: own(:, :)

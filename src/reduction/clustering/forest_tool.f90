@@ -19,7 +19,8 @@ module sig_forest_tool
 
 contains
 
-  !> Whether the training of these clusters may need a random forest: irregular clusters that are, or can become, more than one.
+  !> Whether the training of these clusters may need a random forest: they are irregular, and their number in the deck is not 1, or
+  !> refine may split them.
   pure logical function may_need_forest(clusters)
     type(clusters_config_t), intent(in) :: clusters
 
@@ -62,8 +63,9 @@ contains
         hint='try it: ' // unable // ' forest --check')
     else if (is_named()) then
       call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which cannot be ' // &
-        'started: it is missing, or the Python in its first line is', &
-        hint='it is the file of ' // forest_tool_name // ', which trains the random forest of irregular clusters')
+        'started: it is missing, or the Python that its first line names is missing', &
+        hint='set the variable to the file of ' // forest_tool_name // ', which trains the random forest of irregular ' // &
+        'clusters; without the variable, PATH and build/venv are searched')
     else
       call make_error(error, forest_tool_name // ', which trains the random forest of irregular clusters, is not found', &
         hint='tools/install_dependencies.sh puts it into build/venv. Elsewhere: pip install ''tools/signorom_post[forest]'', ' // &

@@ -59,17 +59,19 @@ contains
     select case (status)
     case (k_medoids_bad_count)
       call make_error(error, 'there ' // are(n_items) // ' ' // counted(n_items, 'item') // &
-        ' to cluster (training points, or cells of their grid); ' // counted(n_clusters, 'cluster') // ' cannot be made from them')
+        ' to cluster (training points with a solution, or cells of their grid); ' // counted(n_clusters, 'cluster') // &
+        ' cannot be made from them')
     case (k_medoids_bad_dissimilarity)
-      call make_error(error, 'the clusters cannot be made: a distance of two items is negative, infinite or not a number')
+      call make_error(error, 'the clusters cannot be made: a distance of two items (training points, or cells of their ' // &
+        'grid) is negative, infinite or not a number')
     case default
       call make_error(error, 'k-medoids failed with status ' // to_text(status))
     end select
   end subroutine explain
 
-  !> Finds clusters for each number from 2 to max_clusters or to the number of items, and returns those with the largest silhouette;
-  !> of nearly equal ones those with the fewest clusters. Returns one cluster where max_clusters is 1 or there is only one item.
-  !> Errors: as find_medoids.
+  !> Finds clusters for each number from 2 to max_clusters, or to the number of items if this is smaller. Returns the clusters with
+  !> the largest mean silhouette; of nearly equal ones (1e-8) those with the fewest clusters. Returns one cluster where max_clusters
+  !> is 1 or there is only one item. Errors: as find_medoids.
   subroutine choose_n_clusters(dissimilarity, max_clusters, options, best, error)
     !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
@@ -90,8 +92,9 @@ contains
     end do
   end subroutine choose_n_clusters
 
-  !> Merges cluster i_cluster into the cluster whose medoid is nearest to its own medoid; of equally near ones the first. The
-  !> numbers of later clusters become smaller by one. Loss and silhouette are computed again.
+  !> Merges cluster i_cluster into the cluster whose medoid is nearest to its own medoid; of equally near ones the first. That
+  !> cluster keeps its medoid. The numbers of clusters after i_cluster become smaller by one. Loss and silhouette are computed
+  !> again.
   !>
   !> Requires: two clusters or more.
   subroutine merge_cluster(dissimilarity, i_cluster, found, i_target)

@@ -201,7 +201,8 @@ contains
   end subroutine close_anchors
 
   !> Sets data%scale, the scale of the unknowns of the anchors, to the mean size of the diagonal entries of a body's compliance, if
-  !> this is above 0. Does nothing without anchors, or after the first factorization, that is, after the first node of each body.
+  !> this is above 0. Only the first factorization counts, which gives the first node of each body; of several bodies the last one
+  !> with a mean above 0 counts. Does nothing without anchors.
   pure subroutine set_scale(anchors, compliance, data)
     type(anchors_t), intent(in) :: anchors
     !> [length/force] shape (n_multipliers, n_multipliers)

@@ -27,10 +27,10 @@ module sig_condensed_plan
 
 contains
 
-  !> Chooses the kind of the model. `tied` is a condensed model where W takes more memory than reduction.max_full_order_size, which
-  !> must be above 0, the stiffness is fixed and may be factored, and no body is held by contact only; whether it is possible is
-  !> known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where the deck asks for clusters
-  !> (a number other than 1, a target or refine), and where no other kind is possible.
+  !> Chooses the kind of the model. `tied` is chosen where W and q take more memory than reduction.max_full_order_size, if this is
+  !> above 0, there are contact rows, the stiffness is fixed and may be factored, and no body is held by contact only. Whether a
+  !> tied model is possible is known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where
+  !> the deck asks for clusters (a number other than 1, a target or refine), and where no other kind is possible.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
@@ -59,7 +59,8 @@ contains
   end subroutine choose_model_kind
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
-  !> contact row, W and q take more memory than reduction.max_full_order_size, or the stiffness may not be factored.
+  !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too
+  !> large or solver.linear is gamg.
   function why_not_condensed(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -77,7 +78,7 @@ contains
     end associate
   end function why_not_condensed
 
-  !> [MB] Returns the memory for W and q.
+  !> [MB] Returns the memory for W and q (of all terms). One MB is 1e6 bytes.
   pure real(rk) function forces_size(problem)
     type(problem_t), intent(in) :: problem
 
@@ -86,8 +87,8 @@ contains
     end associate
   end function forces_size
 
-  !> Whether reduction.max_full_order_size allows the memory for W, q and the displacements of all nodes per term and per contact
-  !> row.
+  !> Whether reduction.max_full_order_size allows the memory for W, q, and the displacements of all nodes per term and per contact
+  !> row. Only these displacements count n_nodes times.
   pure logical function all_dofs_fit(problem, n_nodes)
     type(problem_t), intent(in) :: problem
     !> number of interpolation nodes at which these displacements are kept; default: one
@@ -101,8 +102,9 @@ contains
     all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
-  !> Returns the plan for which nodes a condensed model answers displacements, by reduction.displacement and, with its type auto,
-  !> the memory that is allowed.
+  !> Returns at which dofs a condensed model answers displacements exactly, and whether modes answer them at the others. This
+  !> follows from reduction.displacement. With its type auto all dofs are exact where all_dofs_fit; otherwise none is exact, and
+  !> there are modes.
   function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
@@ -140,7 +142,7 @@ contains
   end subroutine mark_nodes
 
   !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots, and not only the contact
-  !> forces.
+  !> forces. Also true where this depends on something that is known only in the training.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan

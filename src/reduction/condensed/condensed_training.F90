@@ -165,8 +165,8 @@ contains
     PetscCall(broadcast_columns(data%contact_response, PETSC_COMM_WORLD, ierr))
   end subroutine agree
 
-  !> Adds displacements of all nodes by POD modes: G of all dofs, the modes, and the coordinates of H in them. Collective on all
-  !> ranks.
+  !> Adds displacements of all nodes by POD modes: G of all dofs (in place of G of the exact dofs), the modes, and the coordinates
+  !> of H in them. Collective on all ranks.
   subroutine add_modes(full_order, snapshots, data, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(training_set_t), intent(in) :: snapshots

@@ -72,7 +72,8 @@ contains
     PetscCall(measure_modes(team, responses, bases, forces, data, ierr))
   end subroutine add_displacement_modes
 
-  !> Sets the terms of the elastic constants of a body, and its moduli at mu_0 (the middle of their ranges). Local.
+  !> Sets in `modes` the terms of Young's modulus and Poisson's ratio of each material of a body, and the bulk and shear modulus of
+  !> each at mu_0, the middle of their ranges (part_moduli). Local.
   subroutine take_materials(problem, joined, i_body, modes)
     type(problem_t), intent(in) :: problem
     !> its elastic constants are mu_0
@@ -202,7 +203,7 @@ contains
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
     class(interpolated_data_t), intent(in) :: data
-    !> 1-based among the parts of each body: two moduli of each of its materials
+    !> 1-based among the parts of each body: bulk and shear modulus of its first material, then of the next ones
     integer, intent(in) :: i_part
     type(elastic_body_t), intent(out) :: law
     real(rk) :: hooke(n_stresses, n_stresses)
@@ -276,8 +277,8 @@ contains
     end do
   end subroutine keep_body
 
-  !> Sets modes%loads to Phi'F, the work of the loads on the POD modes Phi, and modes%contact to V'B', the work of unit contact
-  !> forces on the basis V after the motions that close the anchors. Collective on all ranks.
+  !> Sets modes%loads to Phi'F, the work of the loads on the POD modes Phi, which are the last columns of the basis V. Sets
+  !> modes%contact to V'B', the work of unit contact forces on V after the motions that close the anchors. Collective on all ranks.
   subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors

@@ -29,7 +29,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     !> dofs of the body, natural (order of the mesh file), ascending
     integer, intent(in) :: dofs(:)
-    !> [length] response to prescribed displacements, shape (n_dofs, size(lifted_terms))
+    !> [length] response of all dofs of the mesh to prescribed displacements, shape (n_dofs, size(lifted_terms))
     real(rk), intent(in) :: lifting(:, :)
     !> numbers of the terms of the prescribed displacements
     integer, intent(in) :: lifted_terms(:)

@@ -102,7 +102,8 @@ contains
     integer, intent(in) :: n_most
     !> after its step `create`; its elastic constants change
     type(joined_body_t), intent(inout) :: joined
-    !> in: empty; out: the responses, measured_error, worst_point and the active sets of the solved points
+    !> in: empty; out: the responses, measured_error, worst_point, largest_size and the active sets of the solved points; incomplete
+    !> after an error
     type(reduced_interpolated_t), intent(inout) :: reduced
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -268,7 +269,8 @@ contains
     end do
   end function has_room
 
-  !> Makes the error that the interpolation does not reach the tolerance.
+  !> Makes the error that a body has more than most_variables variable constants; where none has, the error that the interpolation
+  !> does not reach the tolerance.
   subroutine refuse(problem, constants, data, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants(:)
@@ -286,14 +288,14 @@ contains
           hint=hint, exit_code=exit_not_converged)
         return
       end if
-      if (size(constants(i)%numerators) > 0) bodies = bodies // '; body ' // constants(i)%name // ': ' // &
+      if (size(constants(i)%numerators) > 0) bodies = bodies // '; body ' // constants(i)%name // ' is interpolated over ' // &
         counted(size(constants(i)%numerators), 'constant')
     end do
     associate (reduction => problem%deck%reduction)
       call make_error(error, 'interpolation over the elastic constants needs more nodes than a body may have: after ' // &
         counted(data%n_factorizations, 'factorization') // ' the contact forces have relative errors of up to ' // &
-        short_number(data%measured_error) // ' at the training points; here, and by an estimate elsewhere, they must be at ' // &
-        'most a quarter of reduction.stiffness_tolerance, which is ' // to_text(reduction%stiffness_tolerance) // bodies, &
+        short_number(data%measured_error) // ' at the training points; these errors, and their estimates at other points, ' // &
+        'must be at most a quarter of reduction.stiffness_tolerance (' // to_text(reduction%stiffness_tolerance) // ')' // bodies, &
         problem%deck%path, hint=hint, exit_code=exit_not_converged)
     end associate
   end subroutine refuse
@@ -306,7 +308,8 @@ contains
 
     do i = 1, size(constants)
       if (size(constants(i)%numerators) == 0) then
-        call log_info('body ' // constants(i)%name // ': its responses are exact, all its moduli scale together')
+        call log_info('body ' // constants(i)%name // &
+          ': its responses are exact, because its moduli are fixed or all scale together')
       else
         call log_info('body ' // constants(i)%name // ': its responses are interpolated over ' // &
           counted(size(constants(i)%numerators), 'elastic constant') // ', ' // &
@@ -316,8 +319,8 @@ contains
     call log_info(counted(data%n_factorizations, 'factorization') // '; largest relative error of the contact forces at the ' // &
       'training points: ' // short_number(data%measured_error))
     if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
-      'points is an estimate. For a bound, at most one constant of each body may vary: a ratio of moduli by a ' // &
-      'factor of at most about 9, or, if the body has one material, Poisson''s ratio nu, with 1 - 2 nu by such a factor. A ' // &
-      'common factor of all moduli may vary freely')
+      'points is an estimate. For a bound, at most one constant of each body may vary: either the ratio of two ' // &
+      'of its moduli, by a factor of at most about 9; or, if the body has one material, Poisson''s ratio nu, so that 1 - 2 nu ' // &
+      'varies by at most this factor. A common factor of all moduli of a body may vary freely')
   end subroutine log_nodes
 end module sig_interpolated_training

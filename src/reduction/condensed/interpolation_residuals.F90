@@ -68,7 +68,9 @@ contains
     PetscCall(fill_bounds(problem, team, joined%constants, places, missing, columns, anchors, data, ierr))
   end subroutine measure_residuals
 
-  !> Whether the body has one variable elastic constant, of which its stiffness is an affine function times a factor.
+  !> Whether the body has exactly one variable elastic constant, its stiffness is a factor times an affine function of it, and the
+  !> responses are interpolated over the constant itself, not over its logarithm. False for Poisson's ratio of a body with several
+  !> materials.
   pure logical function has_identity(constants)
     type(body_constants_t), intent(in) :: constants
 
@@ -141,8 +143,9 @@ contains
     end associate
   end subroutine solve_at
 
-  !> Adds the responses at one node (times minus its weight), or at the places (times 1), to E = U - U_I on the dofs of the bodies
-  !> with has_identity. Local.
+  !> Adds the responses at node i_node, times minus the weight of this node in the interpolation at the body's place, to E = U - U_I
+  !> on the dofs of the bodies with has_identity; or, where i_node is larger than n_nodes, the responses at the places, times 1. A
+  !> body that has no node i_node gets nothing. Local.
   subroutine add_weighted(problem, team, constants, places, i_node, n_nodes, data, columns, missing)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(in) :: team

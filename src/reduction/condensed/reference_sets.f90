@@ -40,7 +40,7 @@ contains
   !> does not exist is left out; where none exists, all three are empty. Where max_size does not allow one transform there are no
   !> references: the lists are empty, and transforms is not set.
   !>
-  !> Errors: those of find_medoids.
+  !> Errors: those of find_medoids; then the lists are empty.
   subroutine choose_references(max_size, data, error)
     !> [MB] largest memory for the transforms
     real(rk), intent(in) :: max_size
@@ -71,7 +71,7 @@ contains
   end subroutine choose_references
 
   !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts;
-  !> of equal medoids to the first.
+  !> of equally near medoids to the first.
   !>
   !> Errors: those of find_medoids.
   subroutine group_sets(sets, n_groups, group_of_set, error)
