@@ -129,8 +129,7 @@ contains
     character(:), allocatable :: text
 
     text = 'the equations of the reduced integration domain determine ' // to_text(cluster%stiffness_rank) // ' of ' // &
-      counted(cluster%n_modes, 'mode') // ' (its contact rows, loaded dofs and hats allow ' // &
-      to_text(cluster%primal_rank_expected) // ')'
+      counted(cluster%n_modes, 'mode') // ' (they can determine at most ' // to_text(cluster%primal_rank_expected) // ')'
   end function undetermined_text
 
   !> Returns the warnings about a model, one sentence each, without full stop: ranks that are not full (of (11), of the basis on the
