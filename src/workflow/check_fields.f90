@@ -68,8 +68,8 @@ contains
     call file%close(error)
   end subroutine write_check_fields
 
-  !> Returns the labels of the cells of the bodies: kind_body, material of the deck, region of the mesh (both 1-based); the labels
-  !> boundary, contact and side are 0.
+  !> Returns the labels of the cells of the bodies: kind_body, material of the deck and region of the mesh (both 1-based; of several
+  !> regions the lowest number). The labels boundary, contact and side are 0.
   pure function body_labels(problem) result(labels)
     type(problem_t), intent(in) :: problem
     integer :: labels(n_labels, problem%mesh%n_cells)
@@ -236,8 +236,9 @@ contains
     call file%add_cell_field('imposed_strain', strains, '-', 'mean of what is imposed on the cell by temperature or swelling')
   end subroutine write_strains
 
-  !> Writes for each contact node its side, its contact entry and the gap and area; for the owner of each row also whether the row
-  !> has a multiplier, the normal, and how many nodes of the second side it faces, with their largest share of the force.
+  !> Writes for each contact node its side, its contact entry, its area, and its gap at the point before anything moves; for the
+  !> owner of each row also whether the row has a multiplier, the normal, and how many nodes of the second side it faces, with the
+  !> largest size of their shares of the force.
   subroutine write_contact_fields(problem, rows, theta, file)
     type(problem_t), intent(in) :: problem
     !> all rows; inert pairs, which have no multiplier, come last

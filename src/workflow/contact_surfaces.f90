@@ -103,8 +103,8 @@ contains
     if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
   end subroutine remove_old_files
 
-  !> Builds self%mesh from the facets. Each contact entry has its own copies of its nodes, in ascending order of the nodes of the
-  !> bodies; the nodes of entry 1 come first.
+  !> Builds self%mesh from the facets of the model's field map. Each contact entry has its own copies of its nodes, in ascending
+  !> order of the nodes of the bodies; the nodes of entry 1 come first.
   pure subroutine build_mesh(self, model)
     class(contact_surfaces_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -152,7 +152,7 @@ contains
   end subroutine start_point
 
   !> Writes contact forces and pressures, gaps and contact status of a full-order solution or of a reduced answer at the present
-  !> point. Does nothing if create started no files.
+  !> point, and the contact entry of each facet. Does nothing if create started no files.
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values

@@ -185,9 +185,10 @@ contains
     call values%take_stresses(header%fields, theta(:, 1))
   end subroutine find_values
 
-  !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, and which
-  !> cells and rows belong to the reduced domain of the chosen cluster, also if the deck wants only other fields. Without an answer
-  !> it warns, displacement and contact forces are NaN, and displacement_reduced_source is 0.
+  !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, also if the
+  !> deck wants only other fields; into contact.h5 only if there is one. It also writes which cells and rows belong to the RID of
+  !> the chosen cluster, even where the fallback answers; if this cluster is not hyper-reduced, no cell and all rows. Without an
+  !> answer it warns, displacement and contact forces are NaN, and displacement_reduced_source is 0.
   subroutine write_reduced(problem, point, online, query, writer)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: point(:)

@@ -73,7 +73,8 @@ contains
     end associate
   end function mesh_of
 
-  !> Writes the nodes and weights of one side of all contact rows, which are the same at all points.
+  !> Writes the lists of list_side for one side of all contact rows, which are the same at all points: starts (from 0), nodes
+  !> (1-based) and weights.
   subroutine write_side(rows, is_second, group, file)
     type(contact_rows_t), intent(in) :: rows
     !> the second side, otherwise the first

@@ -284,8 +284,8 @@ contains
       deck%units%length // ', force balance ' // short_number(maxval(residuals%force_balance))
   end function accuracy_text
 
-  !> Adds minimum, median, p95 and maximum of the values below the key. NaN values are left out; if all values are NaN (no contact
-  !> in either model), the statistics are NaN.
+  !> Adds minimum, median, p95 and maximum of the values below the key. NaN values are left out; if there are no others, the
+  !> statistics are NaN (so are those of errors if neither model has contact at any point).
   subroutine report_statistics(report, key, values)
     type(run_report_t), intent(inout) :: report
     !> without a slash at its end

@@ -49,8 +49,8 @@ contains
     end do
   end subroutine return_to_first
 
-  !> Adds area, force, moment and moment imbalance of each contact at all points to the report, and their units of measure. The
-  !> numbers are NaN where a point has no solution. Local.
+  !> Adds area, force, moment and moment imbalance of each contact at all points to the report, and the units of areas and moments.
+  !> The numbers are NaN where a point has no solution, and always 0 for a contact without rows. Local.
   subroutine report_resultants(problem, states, report)
     type(problem_t), intent(in) :: problem
     !> full-order solutions, shape (n_points)

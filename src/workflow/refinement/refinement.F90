@@ -1,7 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Refines local models until they reach a target error: with more clusters, or by adding snapshots and splitting clusters where
-!> the errors are largest.
+!> Refines local models until they reach a target error: by more clusters, or by more snapshots and splits where errors are largest.
 module sig_refinement
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_candidate_pool, only: pool_errors_t, worst_candidates
@@ -61,9 +60,8 @@ contains
 
   !> Builds models in rounds until the error at the candidates is at most clusters.target.error, or nothing more can be tried. The
   !> model is that of the best round, with a warning if it misses the target. A signal ends it without a model (outcome%is_stopped).
-  !> Collective on all ranks; the same on each.
-  !> Errors: those of take_solved, check_start, share_candidates and of the training in the first round; the forest cannot be
-  !> trained again. A later round that cannot be trained is undone.
+  !> Collective on all ranks; the same on each. Errors: those of take_solved, check_start, share_candidates and of the training in
+  !> the first round; the forest cannot be trained again. A later round that cannot be trained is undone.
   subroutine refine(problem, snapshots, candidates, fallback, model, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     !> full-order solutions at the training points; each rank has some of their dofs
@@ -124,7 +122,7 @@ contains
   end subroutine check_start
 
   !> Tries 1, 2, ... clusters of all snapshots (at most max_number and n_items) until one reaches the target or a signal comes;
-  !> keeps the best model. A number that cannot be trained ends this with a warning, or, if it is 1, an error. Collective.
+  !> keeps the best model. A number that gives no model ends this with a warning, or, if it is 1, an error. Collective.
   subroutine raise_number(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -145,7 +143,7 @@ contains
       if (allocated(error)) then
         if (n_clusters == 1) return
         ! fewer clusters have a model, which may be the best one
-        call log_warning('no division into ' // to_text(n_clusters) // ' or more clusters: ' // error%message)
+        call log_warning(to_text(n_clusters) // ' clusters give no model, so larger numbers are not tried: ' // error%message)
         deallocate (error)
         largest = n_clusters - 1
         exit
@@ -166,10 +164,10 @@ contains
     if (problem%deck%clusters%method == 'regular') n_items = product(problem%deck%training%grid - 1)
   end function n_items
 
-  !> In each round adds snapshots to the cluster with the largest error, or splits it if its last snapshots did not help enough. A
-  !> cluster that cannot be trained with its new snapshots, or whose halves cannot be trained, stays as it was, with a warning. A
-  !> round can make the model worse, so that of the best round is kept. Collective on all ranks. Errors: those of start_attempt; the
-  !> forest cannot be trained again.
+  !> In each round adds snapshots to the cluster with the largest error, or splits it if its last snapshots did not help enough or
+  !> it can get none (choose_step). A cluster that cannot be trained with its new snapshots, or whose halves cannot be trained,
+  !> stays as it was, with a warning. A round can make the model worse, so the model of the best round is kept. Collective.
+  !> Errors: those of start_attempt; the forest cannot be trained again.
   subroutine grow(problem, candidates, fallback, best, outcome, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in), target :: candidates
@@ -204,13 +202,15 @@ contains
       if (is_done) call keep_round(problem%deck%clusters, trim(merge('split', 'add  ', is_split)), k, attempt, best, outcome)
     end do
     associate (config => problem%deck%clusters)
-      call end_with(config, 'no further cluster (max_number ' // to_text(config%max_number) // &
-        ') and no further snapshot (max_points ' // to_text(config%refine%max_points) // ') is possible', outcome)
+      call end_with(config, 'no cluster can be split within max_number ' // to_text(config%max_number) // &
+        ' and min_snapshots, or get more candidates within max_points ' // to_text(config%refine%max_points), outcome)
     end associate
   end subroutine grow
 
   !> Chooses the cluster k with the largest error at its open candidates that can get some of them or be split; k = 0: there is
-  !> none. It is split if it can be split, and its last snapshots did not help enough or it can get none.
+  !> none. A cluster can get some if one of them has an error above 0, max_points is not reached, and it could be trained with its
+  !> last ones. It can be split if max_number is not reached and no split of it has failed. Cluster k is split if it can be split,
+  !> and its last snapshots did not help enough or it can get none.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
@@ -233,7 +233,7 @@ contains
   end subroutine choose_step
 
   !> Adds the worst open candidates of cluster k, as many as points_per_round and max_points allow, to its snapshots and trains it.
-  !> If this did not help enough (has_gained at its other open candidates), prospects(k)%is_split_next becomes true. Collective.
+  !> prospects(k)%is_split_next then says whether this did not help enough (has_gained at its other open candidates). Collective.
   subroutine try_growth(problem, candidates, k, n_first, attempt, prospects, is_done, ierr)
     type(problem_t), intent(in) :: problem
     !> outlives the attempt
@@ -297,7 +297,7 @@ contains
     end if
   end function has_gained
 
-  !> Splits cluster k and trains both halves, now clusters k and n + 1. Collective on all ranks. Errors: those of split_cluster.
+  !> Splits cluster k and trains both halves: cluster k and a new last cluster. Collective. Errors: those of split_cluster.
   subroutine try_split(problem, candidates, k, attempt, prospects, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: candidates
@@ -328,8 +328,8 @@ contains
     end if
   end subroutine try_split
 
-  !> Adds a round (`action` as in refinement_round_t) to the outcome, logs it, and sets outcome%is_reached. If is_better says so,
-  !> its model becomes the best. Its error is the target's statistic at the candidates of is_measure, infinite if these have none.
+  !> Adds a round (`action` as in refinement_round_t) to the outcome, logs it, and sets outcome%is_reached. The first round and each
+  !> that is_better give the best model. Its error is the target's statistic at the candidates of is_measure; all NaN: infinite.
   subroutine keep_round(config, action, k, attempt, best, outcome)
     type(clusters_config_t), intent(in) :: config
     character(*), intent(in) :: action

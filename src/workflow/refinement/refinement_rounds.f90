@@ -116,7 +116,7 @@ contains
     !> from 0
     integer, intent(in) :: i_round
     type(refinement_round_t), intent(in) :: round
-    !> snapshots that joined in this round
+    !> snapshots that joined in this round; used only if its action is add
     integer, intent(in) :: n_new
     !> name of the error
     character(*), intent(in) :: measure

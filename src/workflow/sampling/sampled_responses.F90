@@ -171,9 +171,10 @@ contains
   end subroutine collect
 
   !> Makes the responses and measures their error at the points that were solved first. Afterwards is_ready says whether the
-  !> responses may be used. It is false, with a warning, if one of these points did not converge, if a stiffness could not be
-  !> factored, or if the error is too large: above 1e-9 for exact responses, else by interpolate_responses. Collective on all ranks;
-  !> the same on each. Requires: choose; collect for its points.
+  !> responses may be used. It is false, with a warning, if one of these points did not converge, if interpolate_responses fails (a
+  !> stiffness could not be factored, the error of interpolated responses stays too large, a body has too many variable constants),
+  !> or if exact responses have an error above 1e-9. Collective on all ranks; the same on each. Requires: choose; collect for its
+  !> points.
   subroutine create(self, problem, team, ierr)
     class(sampled_responses_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -195,8 +196,8 @@ contains
     allocate (set%displacement(0, size(self%is_solved)))
     solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
     if (solved%n_snapshots() < size(self%is_solved)) then
-      call log_warning('a training point that is solved first, to measure errors, did not converge, so each point will be ' // &
-        'solved with its own stiffness')
+      call log_warning('one of the points that are solved first, to measure errors, did not converge, so the other points are ' // &
+        'solved with their own stiffnesses, too')
       return
     end if
     call joined%create(problem, self%constants)
@@ -248,7 +249,7 @@ contains
         '); their relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
     else
       call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives all other points; ' // &
-        'compared with ' // text // ', its relative error is at most ' // short_number(self%reduced%measured_error))
+        'compared with ' // text // ', the relative error is at most ' // short_number(self%reduced%measured_error))
     end if
   end subroutine tell
 

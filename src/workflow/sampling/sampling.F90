@@ -100,7 +100,7 @@ contains
 
   !> Solves the points of which the store has no converged solution, then merges the store into one file; does nothing if all are
   !> solved and merged. A point that does not converge is stored with its reason, and the next call tries it again. After a signal
-  !> (outcome%is_stopped) the finished points stay in shards. Collective on all ranks; errors are known to all.
+  !> (outcome%is_stopped) or an error the finished points stay in shards. Collective on all ranks; errors are known to all.
   !>
   !> Errors: those of check_points and find_finished_points; the solver does not use one of its PETSc options; a file cannot be
   !> written; the elastic response to the prescribed values cannot be computed.
@@ -182,8 +182,8 @@ contains
   end subroutine close_buffer
 
   !> Solves the points. If the responses are used, some points are solved first with their own stiffness, then the responses are
-  !> made, and the other points are solved by them if they are ready. After a signal in any group, no group begins the other points.
-  !> Collective on all ranks. Errors: a shard cannot be written; the solver does not use one of its PETSc options.
+  !> made, and the other points are solved by them if they are ready. After a signal or an error in any group, no group begins the
+  !> other points. Collective on all ranks. Errors: a shard cannot be written; the solver does not use one of its PETSc options.
   subroutine solve_points(self, store, points, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
