@@ -183,7 +183,7 @@ contains
     end associate
   end subroutine compare
 
-  !> Returns part / whole; 0 if whole is 0.
+  !> Returns part / whole; 0 if whole is 0 or less, as the largest of no multipliers is, and if it is NaN.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

@@ -166,7 +166,7 @@ contains
   !> Copies the values of some dofs into a distributed vector with the layout of K; other dofs keep their values. Local.
   subroutine put_some(self, dofs, values, vector, ierr)
     class(contact_system_t), intent(in) :: self
-    !> chosen dofs, natural
+    !> chosen dofs, natural; those of other ranks are skipped
     integer, intent(in) :: dofs(:)
     !> natural, shape (n_dofs); read on `dofs` only
     real(rk), intent(in) :: values(:)
@@ -199,15 +199,15 @@ contains
     PetscCall(sum_over_ranks(self%comm, values, ierr))
   end subroutine get
 
-  !> Copies distributed columns, in natural order, into an array on every rank. If `local` has fewer than n_columns, the others
-  !> become zeros. Collective.
+  !> Copies distributed columns into an array on every rank. If `local` has fewer than n_columns columns, the last columns of the
+  !> result are zeros. Collective.
   subroutine share_columns(self, local, n_columns, columns, ierr)
     class(contact_system_t), intent(in) :: self
-    !> rows of this rank, shape (n_local_dofs, n); n is at most n_columns and the same on all ranks
+    !> values at the dofs of this rank (map%local_dofs), shape (n_local_dofs, n); n is at most n_columns and the same on all ranks
     real(rk), intent(in) :: local(:, :)
     !> number of columns of the result
     integer, intent(in) :: n_columns
-    !> shape (n_dofs, n_columns)
+    !> natural, shape (n_dofs, n_columns)
     real(rk), allocatable, intent(out) :: columns(:, :)
     PetscErrorCode, intent(out) :: ierr
     integer :: i

@@ -23,7 +23,8 @@ module sig_convex_polygons
 
 contains
 
-  !> Returns the polygon of corners that are given in either sense of rotation. Requires: they are those of a convex polygon.
+  !> Returns the polygon with these corners, counter-clockwise. Requires: the corners go once round a convex polygon, in either
+  !> direction.
   pure type(polygon_t) function polygon_of(corners) result(polygon)
     !> [length] shape (2, n), n up to most_corners
     real(rk), intent(in) :: corners(:, :)
@@ -99,8 +100,8 @@ contains
     end associate
   end function are_apart
 
-  !> Returns the part of a polygon on the left of a side of another one, or, with is_turned, on its right; no corners if there is no
-  !> such part.
+  !> Returns the part of a polygon on the left of the line through a side of another one, or, with is_turned, on its right; no
+  !> corners if there is no such part.
   pure type(polygon_t) function left_of_side(polygon, other, i_side, is_turned) result(part)
     type(polygon_t), intent(in) :: polygon, other
     !> side from corner i_side of `other` to the next one

@@ -30,8 +30,8 @@ module sig_edge_cuts
 contains
 
   !> Cuts an edge at the places opposite to the nodes of all other edges. Each piece gets the nearest edge that its middle faces:
-  !> the line along its normal meets this edge, and the product of both normals is at most -0.1. Pieces that face no edge are left
-  !> out.
+  !> the line through the middle along the normal there meets this edge, in front or behind, and the product of both normals is at
+  !> most -0.1. Pieces that face no edge are left out.
   pure subroutine cut_edge(ends, normals, others, outward, limit, pieces)
     !> [length] places and [-] normals of the two nodes, shape (2, 2): components, nodes
     real(rk), intent(in) :: ends(:, :)
@@ -83,9 +83,10 @@ contains
     cuts = cuts(:n + 1)
   end function cuts_of_edge
 
-  !> Returns the place on the edge whose normal meets a point, 0 at its first node, 1 at its second one; huge if there is none.
+  !> Returns the place on the line of the edge whose normal meets a point: 0 at its first node, 1 at its second one, other values
+  !> outside of the edge; huge if there is none.
   !>
-  !> x(s) - p is parallel to n(s): a quadratic in s, of whose roots the one nearer to the edge counts.
+  !> x(s) - p is parallel to n(s): a quadratic in s, of whose roots the one nearer to the middle of the edge counts.
   pure real(rk) function place_opposite(ends, normals, point) result(place)
     !> of the edge, as for cut_edge
     real(rk), intent(in) :: ends(:, :), normals(:, :)
@@ -151,7 +152,8 @@ contains
     normal = normal / norm2(normal)
   end function normal_of_edge
 
-  !> Computes where the line from a point along a normal meets an edge, and how far away. Requires: they are not parallel.
+  !> Computes where the line through a point along a normal meets the line of an edge, and how far away. Requires: they are not
+  !> parallel.
   pure subroutine meet_edge(point, normal, ends, place, distance)
     !> [length]
     real(rk), intent(in) :: point(:)
@@ -159,7 +161,7 @@ contains
     real(rk), intent(in) :: normal(:)
     !> [length] of the edge, shape (2, 2): components, nodes
     real(rk), intent(in) :: ends(:, :)
-    !> [-] on the edge, 0 to 1 between its nodes
+    !> [-] 0 at the edge's first node, 1 at its second one, other values outside of the edge
     real(rk), intent(out) :: place
     !> [length] along the normal, negative behind the point
     real(rk), intent(out) :: distance

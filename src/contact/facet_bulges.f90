@@ -129,9 +129,9 @@ contains
     height = rises(i) / (2 * (1 + sqrt(1 + rises(i)**2 / sum(along**2))))
   end subroutine find_height
 
-  !> Whether the slope of the surface at a node towards another one is known. In the plane: two edges meet at the node, and one
-  !> nearly continues the other. In space: facets stand all round the node, or the border goes nearly straight on at the node and
-  !> the other node is next to it on this border.
+  !> Whether the facets at a node tell the slope of the surface there towards another node. Requires: the surface is smooth at the
+  !> node. In the plane: two edges meet at the node, and one nearly continues the other. In space: facets stand all round the node,
+  !> or the border goes nearly straight on at the node and the other node is next to it on this border.
   pure logical function is_seen(surface, node, other)
     type(surface_nodes_t), intent(in) :: surface
     integer, intent(in) :: node, other
@@ -180,9 +180,10 @@ contains
     end do
   end function nodes_of_surface
 
-  !> Adds the data of a facet to one of its corners. An edge between two facets is added once from either side, and cancels.
+  !> Adds what a facet contributes at one of its corners to normals (not of length 1 yet), border and neighbors. In space an edge
+  !> between two facets is added to border and neighbors once from either side, and cancels.
   pure subroutine add_corner(nodes, vertices, outward, corner, surface)
-    !> corners of the facet
+    !> corners of the facet in their order around it, natural
     integer, intent(in) :: nodes(:)
     !> [length] their places, shape (n_dim, n_corners)
     real(rk), intent(in) :: vertices(:, :)

@@ -94,7 +94,8 @@ contains
     end do
   end subroutine face_facet
 
-  !> Returns the auxiliary plane of a facet, through the middle of its nodes.
+  !> Returns the auxiliary plane of a facet of the first surface, through the mean place of its nodes. Its normal is the mean
+  !> contact normal of the nodes, or the facet's outward normal where these cancel.
   pure type(plane_t) function plane_of(side, i_facet) result(plane)
     type(mortar_side_t), intent(in) :: side
     integer, intent(in) :: i_facet
@@ -113,7 +114,7 @@ contains
     plane%axes(2, :) = cross_product(plane%axes(3, :), plane%axes(1, :))
   end function plane_of
 
-  !> Returns a facet in the coordinates of the auxiliary plane.
+  !> Returns a facet of either surface in the coordinates of the auxiliary plane, without its contact normals.
   pure type(view_t) function view_of(shapes, plane, side, i_facet) result(view)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(plane_t), intent(in) :: plane
@@ -244,7 +245,8 @@ contains
     height = dot_product(view%vertices(3, :), shapes(view%i_type)%values(place))
   end function height_at
 
-  !> Removes from each part what it has in common with nearer ones. A part whose distance is not known (huge) is left out.
+  !> Removes from each part what it has in common with nearer ones: those of a smaller distance in size. What is left may be several
+  !> polygons, which keep the distance of their part. A part whose distance is not known (huge) is left out.
   pure subroutine keep_nearest(found, smallest, commons)
     type(common_t), intent(in) :: found(:)
     !> [length**2] rests of at most this area are left out
@@ -275,13 +277,13 @@ contains
     end do
   end subroutine keep_nearest
 
-  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle. A point at which
-  !> a facet has no place is left out.
+  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle: seven of each, or
+  !> 28 if a facet is bent (view_t). A point at which a facet has no place is left out.
   pure subroutine add_points(shapes, own, other, common, limit, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other
     type(common_t), intent(in) :: common
-    !> [length]
+    !> [length] all points get is_far if the distance of the part is larger in size
     real(rk), intent(in) :: limit
     type(facing_points_t), intent(inout) :: points
     real(rk) :: triangle(2, 3)

@@ -41,7 +41,8 @@ contains
     allocate (self%places(n_dim, usual), self%opposite(n_dim, usual))
   end subroutine clear
 
-  !> Adds a point. Each argument is its value of the component of facing_points_t with this name or its plural.
+  !> Adds a point. Each argument is what the component of facing_points_t with the argument's name, or its plural, holds for this
+  !> point. Requires: clear.
   pure subroutine add(self, i_other, is_far, weight, place, opposite, gap)
     class(facing_points_t), intent(inout) :: self
     integer, intent(in) :: i_other

@@ -27,16 +27,16 @@ module sig_mortar_conflicts
 
 contains
 
-  !> Finds the first reason against the rows of a contact: a node of its first side that is in rows of other contacts, too; a node
-  !> of its second side that owns a row of another contact; an owner that cannot move along its normal while other nodes of its row
-  !> can. `conflict` is not allocated if there is none.
+  !> Finds the first reason against the rows of a contact, row by row: a node of its first side that is in rows of other contacts,
+  !> too; a node of its second side that owns a row of another contact; an owner that cannot move along its normal while other nodes
+  !> of its row can. `conflict` is not allocated if there is none.
   pure subroutine find_conflict(mesh, contact, is_prescribed, rows, more, conflict)
     type(mesh_t), intent(in) :: mesh
     !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
-    !> rows of the entries before, and those of this entry
+    !> rows that other contacts have so far (pairs of all entries, mortar of the entries before), and those of this entry
     type(contact_rows_t), intent(in) :: rows, more
     type(conflict_t), allocatable, intent(out) :: conflict
     integer :: k, n_rows_of_node(mesh%n_nodes)
@@ -56,7 +56,8 @@ contains
           allocate (conflict)
           conflict%message = 'the displacement of ' // node_text(mesh, owner(1)) // &
             ' is prescribed along its normal, so that it cannot carry a contact force'
-          conflict%hint = 'swap first and second, or leave the prescribed part out of the first surface'
+          conflict%hint = 'leave the facets at such nodes out of the first surface, or swap first and second if the second ' // &
+            'has no such nodes'
         end if
       end associate
       if (allocated(conflict)) return

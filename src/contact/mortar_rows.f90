@@ -143,7 +143,8 @@ contains
     if (entry%has_direction) entry%direction = -entry%direction
   end subroutine swap_sides
 
-  !> Builds the contact rows of one entry. Errors: as add_mortar_rows, but without conflicts.
+  !> Builds the contact rows of one entry, in the order of its sides. Errors: those of add_mortar_rows except the reasons of
+  !> find_conflict.
   subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
@@ -233,7 +234,7 @@ contains
   !> Keeps the sites with rows and, behind them, the corners without a row beside a mid-side node with one. Sets their initial gaps
   !> to 0.
   pure subroutine keep_sites(has_row, first, sites, n_rows)
-    !> whether each site has a row
+    !> whether each site has a row, shape (n_pairs)
     logical, intent(in) :: has_row(:)
     type(mortar_side_t), intent(in) :: first
     type(node_pairs_t), intent(inout) :: sites

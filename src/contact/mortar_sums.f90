@@ -56,7 +56,7 @@ contains
     self%gaps(nodes) = self%gaps(nodes) + values
   end subroutine add_gaps
 
-  !> Adds the integrals of Phi_j N_l over a piece of a facet.
+  !> Adds the integrals of Phi_j N_l over a piece of a facet, as new entries; `collect` sums entries of the same two nodes.
   pure subroutine add_shares(self, firsts, seconds, values)
     class(mortar_sums_t), intent(inout) :: self
     !> nodes j of the first surface
@@ -131,7 +131,7 @@ contains
     shares = shares(:offsets(size(offsets)))
   end subroutine collect
 
-  !> Sorts the entries by their first node: those of node j are order(next(j) + 1:next(j + 1)).
+  !> Finds the entries of each first node: those of node j are order(next(j) + 1:next(j + 1)), 1-based and ascending.
   pure subroutine sort_by_first(self, next, order)
     class(mortar_sums_t), intent(in) :: self
     integer, allocatable, intent(out) :: next(:), order(:)

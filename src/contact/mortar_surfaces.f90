@@ -148,7 +148,8 @@ contains
   end subroutine find_dual
 
   !> Returns the gaps at the points between the curved surfaces that the linear facets represent: the gap between the facets less
-  !> the height (bulge_at) of either surface. That of the second one is divided by the cosine (at least 0.1) between the normals.
+  !> the heights (bulge_at) of both surfaces. That of the second one is divided by the cosine (at least 0.1) of the angle between
+  !> the facets. A quadratic facet has the height 0.
   pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
@@ -170,7 +171,8 @@ contains
     end do
   end function smooth_gaps
 
-  !> Returns how far [length] the surface stands out from a linear facet, by the functions of a quadratic facet's mid-side nodes.
+  !> Returns how far [length] the surface stands out from a linear facet, by the functions of a quadratic facet's mid-side nodes; 0
+  !> for a facet that is quadratic itself.
   pure real(rk) function bulge_at(shapes, side, i_facet, place) result(bulge)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: side
@@ -239,7 +241,7 @@ contains
     end do
   end function area_of
 
-  !> Returns the length or area of the line or parallelogram that the tangents span.
+  !> Returns the length [length] of one tangent, or the area [length**2] of the parallelogram that two tangents span.
   pure real(rk) function size_of(tangents)
     !> [length] shape (components, 1 or 2)
     real(rk), intent(in) :: tangents(:, :)
@@ -251,7 +253,7 @@ contains
     end if
   end function size_of
 
-  !> Returns the circumference at several places: 2 pi r in axisymmetry, else 1.
+  !> Returns the circumference at several places: 2 pi r [length] in axisymmetry, else 1 [-].
   pure function around(model, places)
     type(mechanical_model_t), intent(in) :: model
     !> [length] shape (n_dim, n)

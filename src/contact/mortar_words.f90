@@ -14,7 +14,8 @@ module sig_mortar_words
 
 contains
 
-  !> Returns a text such as `96.2 % of 'plate_top' faces 'foot'`, and what is left out.
+  !> Returns a text such as `96.2 % of 'plate_top' faces 'foot'`, followed by the share of the first surface that faces the second
+  !> one beyond `limit`, and the share that is lost (mortar_sums_t), each only if it is not zero.
   pure function cover_text(surfaces, sums, limit) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_sums_t), intent(in) :: sums
@@ -58,7 +59,7 @@ contains
     text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits)
   end function gap_text
 
-  !> Returns the largest share [-] of a node of the second side in any row.
+  !> Returns the largest share [-], in size, of a node of the second side in any row.
   pure real(rk) function largest_share(rows) result(largest)
     type(contact_rows_t), intent(in) :: rows
     integer :: i

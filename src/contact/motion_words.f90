@@ -23,10 +23,10 @@ contains
     combinations = null_space(matmul(transpose(motions%closing), motions%closing))
   end function unheld_motions
 
-  !> Returns the bodies that take part in combinations of the free motions, 1-based, ascending.
+  !> Returns the bodies that take part in at least one of some combinations of the free motions, 1-based, ascending.
   pure function bodies_of_motions(motions, combinations) result(bodies)
     type(rigid_motions_t), intent(in) :: motions
-    !> shape (n_free, n)
+    !> shape (n_free, n); amplitudes up to 1e-6 in size count as none
     real(rk), intent(in) :: combinations(:, :)
     integer, allocatable :: bodies(:)
     integer :: i, i_body
@@ -38,14 +38,17 @@ contains
     end do
   end function bodies_of_motions
 
-  !> Returns the motion of one body in combinations of the free motions as a text, such as `translation in x, rotation about z`.
+  !> Returns the motion of one body in combinations of the free motions as a text, such as `translation in x, rotation about z`. A
+  !> rotation in the plane is just `rotation`. What is not along or about a coordinate axis is `translation along (0.6, 0.8)`,
+  !> `translation in a plane` or `rotation about an oblique axis`. In axisymmetry the text is always the axial translation.
+  !> Requires: the body takes part in one of the combinations.
   function motion_text(motions, combinations, i_body, axes) result(text)
     type(rigid_motions_t), intent(in) :: motions
     !> shape (n_free, n)
     real(rk), intent(in) :: combinations(:, :)
     !> number of the body, 1-based
     integer, intent(in) :: i_body
-    !> names of the coordinates
+    !> names of the coordinates, at least n_dim
     character(1), intent(in) :: axes(:)
     character(:), allocatable :: text
     type(string_t), allocatable :: words(:)

@@ -15,7 +15,7 @@ module sig_node_pair_rows
 contains
 
   !> Creates one row per pair, in the order of the pairs: the normal on its first node, minus the normal on its second one if it has
-  !> one. B B' is diagonal: 2 for a pair and 1 for an obstacle.
+  !> one. As each node is in one pair at most, B B' is diagonal: 2 for a pair and 1 for an obstacle.
   pure subroutine create_node_pair_rows(pairs, areas, n_terms, rows)
     type(node_pairs_t), intent(in) :: pairs
     !> [length**2, length in the plane] shape (n_pairs)

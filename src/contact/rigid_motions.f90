@@ -87,9 +87,9 @@ contains
     if (is_round) n_rigid_modes = 1
   end function n_rigid_modes
 
-  !> Returns the displacements of the rigid modes at a place, which is relative to the center and scaled by the size of the body.
+  !> Returns the displacements of the rigid modes at a place, one per column: the translations, then the rotations.
   pure function rigid_modes(place, is_round) result(modes)
-    !> [-] shape (n_dim)
+    !> [-] relative to the center of the body, divided by its size (in common_field: of the whole mesh); shape (n_dim)
     real(rk), intent(in) :: place(:)
     logical, intent(in) :: is_round
     real(rk) :: modes(size(place), n_rigid_modes(size(place), is_round))
@@ -177,7 +177,7 @@ contains
     columns = transpose(vt(rank + 1:, :))
   end function null_space
 
-  !> Returns all rigid modes of the node's body at the node.
+  !> Returns the displacements of a node (1-based) in all rigid modes of its body, one per column, whether they are free or not.
   pure function modes_at(motions, i_node) result(modes)
     type(rigid_motions_t), intent(in) :: motions
     integer, intent(in) :: i_node

@@ -15,7 +15,8 @@ module sig_side_motions
 
   !> For each row, the rows whose owners must follow its owner so that their values stay.
   type :: followers_t
-    !> whether the owner of a row can move without changing other rows, shape (n_rows)
+    !> whether no other row changes if the owner of a row moves and its followers answer, shape (n_rows). It does not say whether
+    !> the owner's own displacement is prescribed
     logical, allocatable :: is_possible(:)
     !> rows whose owners then follow: those of row k are rows(starts(k) + 1:starts(k + 1))
     integer, allocatable :: starts(:)
@@ -24,8 +25,9 @@ module sig_side_motions
 
 contains
 
-  !> Finds for each row whether its owner can move without changing other rows, and the rows whose owners must then follow it. Cost:
-  !> linear in the entries of the rows. Local.
+  !> Finds for each row whether its owner can move without changing other rows, and the rows whose owners must then follow it. It
+  !> can if each other row with this node has the node on its first side, and an owner that is in no further row and can move along
+  !> its own normal. Whether the owner itself is prescribed is not checked. Cost: linear in the entries of the rows. Local.
   pure subroutine find_followers(rows, n_nodes, is_prescribed, followers)
     type(contact_rows_t), intent(in) :: rows
     !> number of nodes of the mesh
@@ -68,15 +70,15 @@ contains
     end do
   end subroutine find_followers
 
-  !> Returns the motion of the owner of a row, shape (n_dim), that keeps the row unchanged when another node of its first side
-  !> moves.
+  !> Returns the smallest motion [-] of the owner of a row, shape (n_dim), that keeps the row unchanged when another node of its
+  !> first side moves. It is 0 at prescribed dofs. Requires: not all of free_part is 0.
   pure function following_motion(rows, row, is_prescribed, node, motion) result(answer)
     type(contact_rows_t), intent(in) :: rows
     !> one of followers_t%rows
     integer, intent(in) :: row
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
-    !> node that moves
+    !> node that moves, natural
     integer, intent(in) :: node
     !> [-] motion of this node, shape (n_dim)
     real(rk), intent(in) :: motion(:)
@@ -89,7 +91,7 @@ contains
     end associate
   end function following_motion
 
-  !> Returns the coefficients [-] of the owner of a row, 0 where its displacement is prescribed.
+  !> Returns the coefficients [-] of the owner of a row, shape (n_dim), 0 where its displacement is prescribed.
   pure function free_part(rows, row, is_prescribed) result(coefficients)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
