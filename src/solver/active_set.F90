@@ -71,8 +71,8 @@ module sig_active_set
 
 contains
 
-  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, its levels. If the levels cannot be made, multigrid fails at the
-  !> first `solve`. Collective.
+  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, its levels. If the levels cannot be made, a warning says so, and
+  !> multigrid fails at the first `solve`. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -89,7 +89,8 @@ contains
   end subroutine create
 
   !> Builds the multigrid levels for K without contact. Each aggregate lies in one body, so that its rigid motions let bodies slide
-  !> and separate. Every active set then uses these interpolations. Collective.
+  !> and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of the linear
+  !> solver stays. Collective.
   subroutine build_levels(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -116,8 +117,9 @@ contains
     PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
-  !> Solves one point with the terms theta [-]. If multigrid fails and may_factor is true, factorizations solve this and all later
-  !> points. Other failures are the reason of the state: too many steps, linear solver, singular matrix, no equilibrium. Collective.
+  !> Solves the point at which the terms have the values theta [-]. If multigrid fails and may_factor is true, factorizations solve
+  !> this point again and all later ones. Any other failure is the reason of the state: too many steps, linear solver, singular
+  !> matrix, no equilibrium. Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -127,7 +129,7 @@ contains
 
     PetscCall(find_set(self, system, theta, state, ierr))
     if (state%reason /= reason_linear_solver .or. .not. (self%is_multigrid .and. self%may_factor)) return
-    call log_warning('conjugate gradients with multigrid did not converge: from here on the stiffness is factored')
+    call log_warning('conjugate gradients with multigrid failed: from here on the stiffness is factored')
     PetscCall(self%linear_solver%destroy(ierr))
     self%is_multigrid = .false.
     self%linear_solver%is_multigrid = .false.
@@ -135,8 +137,8 @@ contains
   end subroutine solve
 
   !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
-  !> held from the first step on. If an active set occurs a second time, only the first wrong pair changes from then on: this cannot
-  !> cycle, but needs more steps. Collective.
+  !> held from the first step on. If an active set occurs a second time, from then on a step changes only the wrong pair with the
+  !> lowest number (change_first): this cannot cycle, but needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -178,8 +180,9 @@ contains
     call finish_state(self%form, system, step%unknowns, step%residual, state)
   end subroutine find_set
 
-  !> Returns the first accuracy level: 1 (coarse) in general. It is the finest one if only contact holds some body and K is
-  !> factored: with coarse forces the contacts could seem to hold the body no more, and with a factor accuracy costs little.
+  !> Returns the accuracy level with which each point begins: 1 (coarse) in general. It is the finest one if only contact holds some
+  !> body and K is factored: with coarse forces the contacts could seem to hold the body no more, and with a factor accuracy costs
+  !> little.
   pure integer function first_level(self, system)
     class(active_set_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -188,12 +191,13 @@ contains
     if (system%motions%n_free > 0 .and. .not. self%is_multigrid) first_level = size(tolerance_levels)
   end function first_level
 
-  !> Solves one step, in which the unknowns of closed pairs are held at their bounds. Collective.
+  !> Solves one step, in which the unknowns of closed pairs are held at their bounds. A failure is the reason of the linear solver.
+  !> Collective.
   subroutine solve_with_closed(self, system, theta, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     real(rk), intent(in) :: theta(:)
-    !> in: the active set; its count of linear iterations grows
+    !> in: is_active, the closed pairs of this step; n_linear_iterations grows
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(out) :: step
     PetscErrorCode, intent(out) :: ierr
@@ -206,7 +210,8 @@ contains
     end if
   end subroutine solve_with_closed
 
-  !> Solves by the factor of this set, or, if that takes less time, by conjugate gradients with an earlier factor. Collective.
+  !> Solves by conjugate gradients with an earlier factor, if there is one and a factorization takes as long as usual_iterations
+  !> solves or more. Otherwise, or if they fail, factors the matrix of this set and solves by the factor. Collective.
   subroutine solve_with_factor(self, system, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -234,7 +239,8 @@ contains
     end if
   end subroutine solve_with_factor
 
-  !> Solves by conjugate gradients, more and more accurately as long as the solution asks for the same active set. Collective.
+  !> Solves by conjugate gradients, more and more accurately as long as the solution asks for the same active set. Begins with
+  !> self%level, which rises. After a failure the next solve starts from zero. Collective.
   subroutine improve_in_levels(self, system, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -255,7 +261,8 @@ contains
     end if
   end subroutine improve_in_levels
 
-  !> Computes loads, held values and matrix of a step, and prepares multigrid for it. Collective.
+  !> Computes the loads and held values of a step, sets matrix and right-hand side of `self` for it, and prepares multigrid if it is
+  !> used. Collective.
   subroutine prepare_step(self, system, theta, is_closed, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -284,13 +291,14 @@ contains
     end if
   end subroutine prepare_step
 
-  !> Solves to a tolerance, starting from the last solution, and finds the set that the result asks for. Collective.
+  !> Solves to a tolerance, starting from the last solution, and finds the set that the result asks for (step%wanted). Reads
+  !> state%is_active; state%n_linear_iterations grows. Collective.
   subroutine improve(self, system, tolerance, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     !> [-] relative tolerance of conjugate gradients; 0 = that of the options. A factor of this matrix solves without it
     real(rk), intent(in) :: tolerance
-    !> [-] share that counts as rounding
+    !> [-] share that counts as rounding, as in next_active_set
     real(rk), intent(in) :: noise
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
@@ -313,8 +321,8 @@ contains
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
 
-  !> Changes the wanted set: the last pair that holds a body stays closed unless the loads, which alone give its force, pull it open
-  !> by more than rounding.
+  !> Changes step%wanted: a closed pair that is the last to hold some motion of a body stays closed, unless the loads pull it open
+  !> by more than rounding. The loads alone give the force of such a pair.
   subroutine keep_idle_holds(system, is_closed, step)
     type(contact_system_t), intent(in) :: system
     !> shape (n_rows)
@@ -333,11 +341,12 @@ contains
     end do
   end subroutine keep_idle_holds
 
-  !> Opens the pair that pulls most, a last hold of a body, and closes the pair that the body meets first; without one does nothing.
+  !> Opens the pair that pulls most of those that step%wanted opens, and closes the pair that the body then meets first. If it meets
+  !> none, the set stays.
   subroutine exchange_hold(system, step, set)
     type(contact_system_t), intent(in) :: system
     type(step_t), intent(in) :: step
-    !> closed pairs; all that they want to open are last holds
+    !> closed pairs; each that step%wanted opens is a last hold (is_last_hold), and there is at least one
     logical, intent(inout) :: set(:)
     integer :: first, k
 
@@ -348,7 +357,8 @@ contains
     set(first) = .true.
   end subroutine exchange_hold
 
-  !> Sets displacement and multipliers of the state. The multiplier of a pair that its is_active calls open, or that pulls, is zero.
+  !> Sets displacement and multipliers of the state. The multiplier of a pair is zero if state%is_active is false for it, or if it
+  !> pulls.
   pure subroutine finish_state(form, system, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system

@@ -51,8 +51,8 @@ module sig_bound_form
 contains
 
   !> Makes T and T' K T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound
-  !> of one unknown. Requires: each contact row has a free dof that no other row of its level or of a higher one meets; otherwise
-  !> ierr is set. Collective.
+  !> of one unknown. Requires: each contact row has a coefficient other than 0 on a free dof of a node that no other row of its
+  !> level or of a higher one meets; otherwise ierr is set. Collective.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
@@ -77,7 +77,8 @@ contains
     PetscCall(assemble_levels(self, system, .true., inverse, ierr))
   end subroutine create_inverse
 
-  !> Sets levels, bounded unknowns, v and s of all rows; the norm of a row without an own free dof is 0.
+  !> Sets levels, order, norms, bounded dofs, v and s of all rows. A row without coefficients on free dofs of its own gets the norm
+  !> 0 and no bounded dof.
   pure subroutine set_reflectors(self, system)
     class(bound_form_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -112,10 +113,11 @@ contains
     end associate
   end subroutine set_reflectors
 
-  !> Finds the levels of the rows. Level 1: rows whose owners no other row meets; level 2: those whose owners only rows of level 1
-  !> meet, too; and so on.
+  !> Finds the levels of the rows. Level 1: rows whose owner no other row meets. Level 2: rows whose owner no other row meets except
+  !> those of level 1; and so on.
   !>
-  !> A row that finds no level gets the last one: its unknown cannot be told from that of another row, and create refuses it.
+  !> If rows remain for which this gives no level, they all get one last level. create refuses such a row, unless it has
+  !> coefficients on free dofs of another node that no other row of this level meets.
   pure subroutine rank_rows(rows, n_nodes, levels, order)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
@@ -141,7 +143,8 @@ contains
     end do
   end subroutine rank_rows
 
-  !> Returns which dofs belong to nodes that exactly one row meets, without rows of lower levels; shape (n_dofs).
+  !> Returns which dofs, prescribed ones too, belong to nodes that exactly one row meets, where rows of lower levels than i_level do
+  !> not count; shape (n_dofs).
   pure function is_own_dof(self, system, i_level) result(is_own)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -160,7 +163,8 @@ contains
     is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
   end function is_own_dof
 
-  !> Assembles T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1. Collective.
+  !> Assembles T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1, with one factor per level; the identity without rows. The caller
+  !> destroys the matrix. Collective.
   subroutine assemble_levels(self, system, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -186,7 +190,7 @@ contains
   end subroutine assemble_levels
 
   !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact row of a
-  !> level. The rows of a block are the dofs that the contact row owns, its columns all dofs of the contact row. Collective.
+  !> level. The rows of a block are the contact row's own dofs (is_own_dof), its columns all dofs of the contact row. Collective.
   subroutine assemble(self, system, i_level, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -243,14 +247,14 @@ contains
     end associate
   end function block_of_row
 
-  !> Creates an empty matrix with memory for one block per node and, at a node that a row of this level owns, for blocks with all
-  !> nodes of this row. Collective.
+  !> Creates an empty matrix with memory for the diagonal block of each node and, at a row's own nodes (is_own), for blocks with all
+  !> nodes of this row. Counts the rows of this level only. Collective.
   subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> level, 1-based
     integer, intent(in) :: i_level
-    !> shape (n_dofs)
+    !> of is_own_dof for this level, shape (n_dofs)
     logical, intent(in) :: is_own(:)
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
@@ -341,7 +345,8 @@ contains
     values(dofs) = values(dofs) - 2 * v * dot_product(v, values(dofs))
   end subroutine reflect
 
-  !> Returns the upper bounds of the unknowns bounded_dofs, (D - B u_D) / |B_k| with the prescribed displacements u_D. Local.
+  !> Returns the upper bounds of the unknowns bounded_dofs, (D - B u_D) / |B_k| with the prescribed displacements u_D and |B_k| of
+  !> `norms`. Local.
   pure function bounds(self, system, theta)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

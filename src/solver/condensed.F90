@@ -61,8 +61,9 @@ module sig_condensed
 
 contains
 
-  !> Computes the components (G, H, W and D - B G of the condensed problem) with one factorization and n_driving_terms + n_rows
-  !> solves. If K cannot be factored, `reason` says why. Collective.
+  !> Computes the components: the lifting, and G, H, W and D - B G of the condensed problem. This takes one factorization,
+  !> n_driving_terms + n_rows solves, and at most n_lifted_terms more for the lifting. If the contacts cannot hold a body or K
+  !> cannot be factored, `reason` says why, and there are no components. Collective.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -83,7 +84,7 @@ contains
   end subroutine create
 
   !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
-  !> forces. Local.
+  !> forces. Changes G, H, W and D - B G, and sets the scale. Without anchors nothing changes. Local.
   subroutine close_anchors(self, system)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -162,7 +163,7 @@ contains
 
   !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point without a
   !> solution has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its forces and
-  !> displacements are of no use. If K could not be factored, each state has this reason and zeros. Collective.
+  !> displacements are of no use. If `create` has failed, each state has self%reason, zeros and no closed row. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -190,9 +191,10 @@ contains
   end subroutine solve_points
 
   !> Solves the dense problem of each point. Each one starts from the active set of the last point that was solved; the first one
-  !> from the pairs that overlap without contact forces, or with anchors from all pairs closed. Local.
+  !> from the pairs that overlap without contact forces, or, if there are anchors, from all pairs closed. Local.
   subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     !> get reason, n_iterations, multipliers and is_active
     type(contact_state_t), intent(inout) :: states(:)
@@ -226,9 +228,11 @@ contains
     end do
   end subroutine solve_multipliers
 
-  !> Sets the scaled force of an anchor in `openings` to zero if the loads are in equilibrium except for rounding.
+  !> Sets the scaled force of an anchor in `openings` to zero at each point where it is only rounding beside the sizes of its parts,
+  !> one per term: there the loads are in equilibrium.
   subroutine balance_anchors(self, theta, openings)
     type(condensed_t), intent(in) :: self
+    !> [-] values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     !> free openings, in rows of anchors their scaled forces; shape (n_rows, n_points)
     real(rk), intent(inout) :: openings(:, :)

@@ -38,8 +38,9 @@ module sig_contact_columns
 
 contains
 
-  !> Computes free_opening and the columns with one factorization and n_driving_terms + n_chosen solves; they are the same on all
-  !> ranks of the system. If K cannot be factored or a solve fails, `reason` says so. Collective.
+  !> Computes free_opening and the columns with one factorization, or by multigrid, and n_driving_terms + n_chosen solves; they are
+  !> the same on all ranks of the system. If the contacts cannot hold a body, K cannot be factored or a solve fails, `reason` says
+  !> so, and free_opening and columns are absent or of no use. Collective.
   subroutine solve(self, system, is_multigrid, chosen, ierr)
     class(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -71,8 +72,8 @@ contains
     PetscCall(linear_solver%destroy(ierr))
   end subroutine solve
 
-  !> Computes the columns B K^-1 (B' - B_T' N') of the chosen rows. Stops at a failed solve, which the linear solver's reason tells.
-  !> Collective.
+  !> Computes the columns B K^-1 (B' - B_T' N') of the chosen rows. If a solve fails, the linear solver's reason says so,
+  !> and the columns are of no use. Collective.
   subroutine solve_chosen(self, system, linear_solver, chosen, ierr)
     type(contact_columns_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -105,8 +106,8 @@ contains
     end do
   end subroutine solve_chosen
 
-  !> Copies the openings and these columns from a condensed operator, with closed anchors; rows and columns of the anchors are zero.
-  !> If the operator could not be made, only its reason is copied. Local.
+  !> Copies the anchors, the openings and the columns of the chosen rows from a condensed operator, whose anchors are closed. The
+  !> rows and columns of the anchors become zero. If the operator could not be made, only its reason is copied. Local.
   subroutine take(self, condensed, chosen)
     class(contact_columns_t), intent(inout) :: self
     type(condensed_t), intent(in) :: condensed

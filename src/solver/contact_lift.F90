@@ -35,7 +35,8 @@ module sig_contact_lift
 contains
 
   !> Computes L and L' K L by a few products with K; they are the same on all ranks. Column k of L is a displacement that closes
-  !> contact row k by 1 and no other row. If a row has no side that can move, is_possible is false and there is no L. Collective.
+  !> contact row k by 1 and no other row. If a row has no side that can move so (head of this file), is_possible is false, and there
+  !> are neither values of L nor L' K L. Collective.
   subroutine create(self, system, mesh, ierr)
     class(contact_lift_t), intent(out) :: self
     type(contact_system_t), intent(inout) :: system
@@ -73,8 +74,8 @@ contains
     call move_alloc(first, self%values)
   end subroutine create
 
-  !> Sets lift%starts and lift%dofs: for each row its own dofs, then those of the owners that must move with its owner so that
-  !> other rows do not change (followers). The owner of a row is the node of the first side that the row belongs to.
+  !> Sets lift%starts and lift%dofs: for each row all its dofs, then those of the owners that must move with its owner so that
+  !> other rows do not change (followers). The owner is the first node of a row (contact_rows_t).
   subroutine list_dofs(rows, followers, lift)
     type(contact_rows_t), intent(in) :: rows
     type(followers_t), intent(in) :: followers
@@ -104,15 +105,16 @@ contains
     end subroutine take
   end subroutine list_dofs
 
-  !> Computes the motions of the first sides alone and of the second sides alone.
+  !> Computes the motions that close each row by 1 and no other row: by its first side alone (the owner and its followers), and by
+  !> its second side alone (all nodes of it, if no other row meets them).
   subroutine move_sides(rows, n_nodes, is_prescribed, followers, lift, first, second)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_nodes
     logical, intent(in) :: is_prescribed(:)
     type(followers_t), intent(in) :: followers
-    !> lift with its dofs
+    !> of list_dofs
     type(contact_lift_t), intent(in) :: lift
-    !> [-] on these dofs; zero for a side that cannot move
+    !> [-] on lift%dofs; zero for a side that cannot move
     real(rk), allocatable, intent(out) :: first(:), second(:)
     integer :: i, k, n(n_nodes)
 
@@ -153,6 +155,7 @@ contains
   !> Whether row k moves some node by these values.
   pure logical function moves(lift, values, k)
     type(contact_lift_t), intent(in) :: lift
+    !> [-] on lift%dofs
     real(rk), intent(in) :: values(:)
     !> row, 1-based
     integer, intent(in) :: k
@@ -160,7 +163,7 @@ contains
     moves = any(abs(values(lift%starts(k) + 1:lift%starts(k + 1))) > 0)
   end function moves
 
-  !> Returns the nodes that a row may move.
+  !> Returns the nodes that a row may move: its own and its followers.
   pure function moved_nodes(lift, n_dim, k) result(nodes)
     type(contact_lift_t), intent(in) :: lift
     integer, intent(in) :: n_dim
@@ -171,9 +174,9 @@ contains
     nodes = lift%dofs(lift%starts(k) + n_dim:lift%starts(k + 1):n_dim) / n_dim
   end function moved_nodes
 
-  !> Finds the rows that share a cell, each row with itself, too: only for these can L' K L differ from zero.
+  !> Finds for each row the rows that may move a node of the same cell, itself too: only for these can L' K L differ from zero.
   subroutine find_neighbors(motions, mesh, lift)
-    !> lift with its dofs
+    !> of list_dofs
     type(contact_lift_t), intent(in) :: motions
     type(mesh_t), intent(in) :: mesh
     !> entries of L' K L that may differ from zero, without their values
@@ -230,7 +233,7 @@ contains
     end subroutine visit
   end subroutine find_neighbors
 
-  !> Lists the rows that may move each node, filled up with 0; shape (most rows of a node, n_nodes).
+  !> Lists for each node the rows that may move it, 1-based, filled up with 0; shape (largest number of rows of a node, n_nodes).
   pure subroutine list_rows_at_nodes(motions, n_dim, n_nodes, rows_at)
     type(contact_lift_t), intent(in) :: motions
     integer, intent(in) :: n_dim
@@ -254,8 +257,9 @@ contains
     end do
   end subroutine list_rows_at_nodes
 
-  !> Returns colors such that no row has two neighbors of the same color; each row is its own neighbor, too.
+  !> Returns a color of each row, 1-based, such that no row has two neighbors of the same color; each row is its own neighbor, too.
   pure function color_rows(lift) result(colors)
+    !> of find_neighbors
     type(sparse_matrix_t), intent(in) :: lift
     integer :: colors(size(lift%starts) - 1)
     integer :: i, j, k, taken_by(size(colors))
@@ -279,14 +283,14 @@ contains
 
   !> Computes L' K L by one product with K per color. Collective.
   subroutine probe(motions, system, values, colors, lift, ierr)
-    !> lift with its dofs
+    !> of list_dofs
     type(contact_lift_t), intent(in) :: motions
     type(contact_system_t), intent(inout) :: system
-    !> [-] L on these dofs
+    !> [-] L on motions%dofs
     real(rk), intent(in) :: values(:)
     !> of color_rows, shape (n_rows)
     integer, intent(in) :: colors(:)
-    !> in: these entries; out: with their values
+    !> in: L' K L of find_neighbors; out: with its values
     type(sparse_matrix_t), intent(inout) :: lift
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: field(system%map%n_dofs), forces(system%map%n_dofs)

@@ -24,8 +24,8 @@ module sig_contact_responses
 
 contains
 
-  !> Computes G, H and the lifting with one factorization. If K cannot be factored, reason says why, and there are no arrays. Arrays
-  !> hold the rows of this rank. Collective.
+  !> Computes G, H and the lifting with one factorization. If the contacts cannot hold a body or K cannot be factored, reason says
+  !> why, and there are neither arrays nor anchors. Arrays hold the rows of this rank. Collective.
   subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     !> pairs that hold the bodies which only contact holds; none if there are no such bodies
@@ -37,7 +37,7 @@ contains
     real(rk), allocatable, intent(out) :: lifting(:, :)
     !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: contact_response(:, :)
-    !> reason_converged, or why K could not be factored
+    !> reason_converged, or why there are no responses
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
@@ -81,8 +81,8 @@ contains
     end do
   end subroutine solve_contact
 
-  !> Returns the forces [force per unit of theta] of the closed anchors under each term without other contact forces, shape
-  !> (n_anchors, n_terms). A force that is only rounding is zero. Local.
+  !> Returns the forces [force per unit of theta] of the closed anchors under each term without other contact forces, positive where
+  !> an anchor presses; shape (n_anchors, n_terms). A force that is only rounding is zero. Local.
   function anchor_forces(system, anchors) result(forces)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors

@@ -16,9 +16,9 @@ module sig_free_response
 
 contains
 
-  !> Makes K with the prescribed dofs held ready for solves. Bodies that only contact holds get statically determinate supports,
-  !> which have no reactions under forces in equilibrium. If contact cannot hold a body or K cannot be factored, the reason of the
-  !> linear solver says so. Collective.
+  !> Prepares solves with K, in which the prescribed dofs are held. Bodies that only contact holds get statically determinate
+  !> supports, which have no reactions under forces in equilibrium. If contact cannot hold a body, K cannot be factored, or the
+  !> multigrid levels cannot be made, the reason of the linear solver says so. Collective.
   subroutine factor_without_contact(system, linear_solver, ierr)
     type(contact_system_t), intent(in) :: system
     !> in: is_multigrid; out: ready for solves, or with a reason why not
@@ -99,7 +99,7 @@ contains
     end associate
   end subroutine solve_free_response
 
-  !> Whether a term prescribes values. Most terms of a load that moves are forces alone.
+  !> Whether a term prescribes a displacement that is not zero. Most terms of a load that moves are forces alone.
   pure logical function has_prescribed_values(system, i_term)
     type(contact_system_t), intent(in) :: system
     !> 1-based
@@ -110,10 +110,11 @@ contains
       has_prescribed_values = any(abs(system%boundary%prescribed_values(:, i_term)) > 0)
   end function has_prescribed_values
 
-  !> Returns the load F - B_T' (work of F on the anchors' motions), which does no work on any free motion.
+  !> Returns the load F - B_T' (work of F on the anchors' motions), which does no work on any free motion; without anchors F.
   function balanced_load(system, anchors, theta) result(forces)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [force] natural, shape (n_dofs)
     real(rk) :: forces(system%map%n_dofs)
@@ -127,8 +128,8 @@ contains
   end function balanced_load
 
   !> Computes the displacements under the terms of the prescribed displacements alone, without loads, then under the lifted forces
-  !> (those of imposed strains). Sets the reason of the linear solver: if it is not reason_converged, response is of no use.
-  !> Collective.
+  !> (those of imposed strains). A term that prescribes only zeros has zeros. Sets the reason of the linear solver
+  !> if anything is solved: if it is not reason_converged, response is of no use. Collective.
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> solver from factor_without_contact
@@ -151,12 +152,12 @@ contains
     end associate
   end subroutine solve_lifting
 
-  !> Computes the responses to the forces of imposed strains. They are in equilibrium, so the supports have no reactions.
-  !> Collective.
+  !> Computes the responses to the forces of imposed strains, one per lifted force. These forces are in equilibrium, so the supports
+  !> have no reactions. Sets the reason of the linear solver. Collective.
   subroutine solve_lifted_forces(system, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(linear_solver_t), intent(inout) :: linear_solver
-    !> [length] rows of this rank, shape (n_local_dofs, n_forces)
+    !> [length] out: all columns; rows of this rank, shape (n_local_dofs, n_forces)
     real(rk), intent(inout) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: forces(system%map%n_dofs), rhs(size(response, 1), size(response, 2))
@@ -173,22 +174,22 @@ contains
     response = solved
   end subroutine solve_lifted_forces
 
-  !> Whether some value is prescribed that is not zero.
+  !> Whether any term prescribes a displacement that is not zero.
   pure logical function moves_boundaries(system)
     type(contact_system_t), intent(in) :: system
 
     moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
   end function moves_boundaries
 
-  !> Computes the lifting (result of solve_lifting) on every rank and in natural order. It factors K itself if there is anything to
-  !> lift. If there is nothing, or if the factorization or a solve fails, the lifting is zero. Collective.
+  !> Computes the lifting (result of solve_lifting) on every rank and in natural order. Factors K, or builds multigrid for it, only
+  !> if there is anything to lift. If there is nothing, or if this or a solve fails, the lifting is zero. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     !> conjugate gradients with multigrid instead of a factorization
     logical, intent(in) :: is_multigrid
     !> [length] shape (n_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
-    !> reason_converged, or why K could not be factored or a solve failed
+    !> reason_converged, also if there is nothing to lift; or why K could not be factored or a solve failed
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver

@@ -54,12 +54,14 @@ contains
     end do
   end subroutine keep_hold
 
-  !> Computes an orthonormal basis of the motions that a set of pairs holds.
+  !> Computes an orthonormal basis of the motions that a set of pairs holds, in amplitudes of the free motions.
   pure subroutine span_of(motions, is_closed, held, n_held)
     type(rigid_motions_t), intent(in) :: motions
+    !> the set, shape (n_rows)
     logical, intent(in) :: is_closed(:)
-    !> [-] the first n_held columns; shape (n_free, n_free)
+    !> [-] the basis is the first n_held columns; shape (n_free, n_free)
     real(rk), intent(out) :: held(:, :)
+    !> number of independent motions that the set holds
     integer, intent(out) :: n_held
     integer :: i
     integer, allocatable :: rows(:)
@@ -72,7 +74,8 @@ contains
     end do
   end subroutine span_of
 
-  !> Returns pairs of a set that hold as much as the whole set, each time the one that adds most; of equal ones the first counts.
+  !> Returns the numbers of pairs of a set that together hold all motions that the set holds, 1-based, in the order of choice: each
+  !> time the pair that adds most, of nearly equal ones the first. A pair that adds only rounding is left out.
   pure function independent_rows(motions, is_closed) result(rows)
     type(rigid_motions_t), intent(in) :: motions
     !> the set, shape (n_rows)
@@ -93,11 +96,11 @@ contains
     end do
   end function independent_rows
 
-  !> Returns the part of a row that the held motions do not span.
+  !> Returns what is left of a row when its components along the held motions are taken away.
   pure function remainder_of(row, held) result(rest)
     !> row of B Z, shape (n_free)
     real(rk), intent(in) :: row(:)
-    !> orthonormal columns
+    !> orthonormal columns of the held motions, shape (n_free, n_held)
     real(rk), intent(in) :: held(:, :)
     real(rk) :: rest(size(row))
 
@@ -105,11 +108,12 @@ contains
     rest = rest - matmul(held, matmul(rest, held))
   end function remainder_of
 
-  !> Returns the candidate with the largest multiplier among those that hold a further motion; 0 if there is none.
+  !> Returns the candidate with the largest multiplier among those that hold a further motion, 1-based; 0 if there is none.
   pure integer function least_pulling(motions, is_candidate, multipliers, held) result(best)
     type(rigid_motions_t), intent(in) :: motions
     !> shape (n_rows)
     logical, intent(in) :: is_candidate(:)
+    !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
     !> orthonormal columns of the held motions, shape (n_free, n_held)
     real(rk), intent(in) :: held(:, :)
@@ -125,7 +129,7 @@ contains
     end do
   end function least_pulling
 
-  !> Chooses anchors from all pairs. Requires: the pairs can hold the bodies.
+  !> Chooses anchors from all pairs; none if there are no free motions. Requires: the pairs can hold the bodies.
   subroutine find_anchors(motions, anchors)
     type(rigid_motions_t), intent(in) :: motions
     type(anchors_t), intent(out) :: anchors
@@ -196,7 +200,7 @@ contains
     logical, intent(in) :: is_closed(:)
     !> amplitudes of the motion, shape (n_free)
     real(rk), intent(in) :: amplitudes(:)
-    !> [length] opening of each pair, shape (n_rows)
+    !> [length] opening of each pair, shape (n_rows); a negative one counts as 0
     real(rk), intent(in) :: opening(:)
     real(rk) :: closing(size(is_closed)), reach, shortest
     integer :: k
@@ -213,9 +217,9 @@ contains
     end do
   end function first_to_block
 
-  !> Returns the current set with only the first of the wanted changes. If this change opens the last pair that holds a body, the
-  !> first open pair that can hold it instead closes. Without such a pair the set stays as it is: there is no equilibrium. It stays,
-  !> too, if no change is wanted.
+  !> Returns the current set with only one of the wanted changes, that of the pair with the lowest number. If this change opens the
+  !> last pair that holds a body, the open pair with the lowest number that can hold the body instead closes. Without such a pair
+  !> the set stays as it is: there is no equilibrium. It stays, too, if no change is wanted.
   !>
   !> This is the criss-cross method: a pair that is no last hold is a pivot on the diagonal, an exchange one on two rows. By least
   !> index it ends for every problem whose matrix is positive semidefinite, also with bodies that contact holds (den Hertog, Roos

@@ -101,9 +101,10 @@ contains
     PetscCall(VecDestroy(prescribed, ierr))
   end subroutine hold
 
-  !> Prepares solves: frees what an earlier call made, and factors the matrix, or builds the multigrid levels. The solver keeps the
-  !> matrix alive, so the caller may destroy its own handle. A singular matrix (reason_floating_body) and other failures of MUMPS or
-  !> PETSc (reason_linear_solver, with a warning) are reasons, not errors. Collective.
+  !> Prepares solves: frees what an earlier call made, and factors the matrix, or, if is_multigrid is set, builds the levels. The
+  !> solver keeps the matrix alive, so the caller may destroy its own handle. A matrix that MUMPS finds singular
+  !> (reason_floating_body) and other failures of MUMPS or PETSc (reason_linear_solver, with a warning) are reasons, not errors.
+  !> Multigrid does not find a singular matrix. Collective.
   subroutine factor(self, matrix, prefix, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> symmetric, with blocks of n_dim rows
@@ -121,8 +122,9 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Makes a solver with multigrid solve with T' K T from here on, where some unknowns are held: call hold_in_levels before each
-  !> renew. The levels keep their interpolations for the matrix of `factor`. Requires: factor has succeeded. Collective.
+  !> Makes a solver with multigrid solve from here on with T' K T, in which some unknowns are held. Call hold_in_levels, then renew,
+  !> each time the held unknowns change. The levels keep the interpolations that `factor` made for its matrix. Requires: factor has
+  !> succeeded. Collective.
   subroutine change_unknowns(self, stiffness, transformation, inverse, matrix, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> K, which the levels keep
@@ -137,7 +139,8 @@ contains
     ierr = sig_linear_solver_change_unknowns(self%ksp, stiffness%v, transformation%v, inverse%v, matrix%v)
   end subroutine change_unknowns
 
-  !> Sets the unknowns that are held from here on; renew must follow. Requires: change_unknowns. Collective.
+  !> Tells the multigrid levels which unknowns are held from here on, and computes their coarse matrices; renew must follow. The
+  !> matrix itself is changed by `hold`. Requires: change_unknowns. Collective.
   subroutine hold_in_levels(self, system, dofs, ierr)
     class(linear_solver_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
@@ -156,7 +159,8 @@ contains
   end subroutine hold_in_levels
 
   !> Prepares solves again after new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates
-  !> and interpolation. Sets the reason. Collective.
+  !> and interpolation. After keep_factor, MUMPS solves directly again. Sets the reason, as factor does. Requires: factor.
+  !> Collective.
   subroutine renew(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -215,9 +219,10 @@ contains
     ierr = sig_set_near_null_space(matrix%v, size(modes, 2), size(modes, 1), modes)
   end subroutine set_near_null_space
 
-  !> Solves for several right-hand sides, as accurately as possible. Arrays hold the rows of this rank. Sets the reason: it is
-  !> reason_linear_solver if conjugate gradients fail for a column; this column and those after it are then of no use. The reason
-  !> of an earlier call is lost. Requires: factor has succeeded, and keep_factor was not called. Collective.
+  !> Solves for several right-hand sides: by the factor, or by conjugate gradients with multigrid to the tightest tolerance.
+  !> Arrays hold the rows of this rank. Sets the reason: it is reason_linear_solver if conjugate gradients fail for a column; this
+  !> column and those after it are then of no use. The reason of an earlier call is lost. Requires: factor has succeeded, and
+  !> keep_factor was not called. Collective.
   subroutine solve_many(self, rhs, solution, ierr)
     class(linear_solver_t), intent(inout) :: self
     !> [force] shape (n_local_dofs, n_columns)
@@ -249,7 +254,7 @@ contains
     call set_reason(self, reason)
   end subroutine solve_vector
 
-  !> Frees the solver; one that was not made is no error. Collective.
+  !> Frees the solver; one that was not made is no error. The reason stays. Collective.
   subroutine destroy(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

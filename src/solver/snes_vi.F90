@@ -33,7 +33,7 @@ module sig_snes_vi
 
 contains
 
-  !> Makes the bound form for a system. Collective.
+  !> Makes the bound form for a system, and the norm of T' K T. Collective.
   subroutine create(self, system, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -43,8 +43,9 @@ contains
     PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
-  !> Solves one point: with full steps first, then, if these reach max_iterations, with a backtracking search of as many steps. A
-  !> failure is the reason of the state: too many steps, linear solver, line search. Collective.
+  !> Solves one point: with full steps first. If max_iterations of them do not converge, begins again with a backtracking search of
+  !> up to as many steps. A failure is the reason of the state: too many steps, linear solver (also every error in PETSc), line
+  !> search (all other failures of SNES). Collective.
   subroutine solve(self, system, theta, state, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -84,16 +85,18 @@ contains
     PetscCall(VecDestroy(solution, ierr))
   end subroutine solve
 
-  !> Computes the size of the displacements and of the forces that can occur at the point. length_scale [length] is the largest size
-  !> of values, bounds of the unknowns, and loads over the size of T' K T; 1 if these are zero. force_scale [force] is the largest
-  !> size of K values and loads; if that is only rounding, the size of T' K T times length_scale. Collective.
+  !> Computes the size of the displacements and of the forces that can occur at the point. length_scale [length] is the largest
+  !> absolute component of `values`, of the bounds of the unknowns, and of `loads` over largest_stiffness; 1 if these are zero.
+  !> force_scale [force] is the largest absolute component of K times `values` and of `loads`; if that is only rounding,
+  !> largest_stiffness times length_scale. Collective.
   subroutine scales(self, system, theta, values, loads, length_scale, force_scale, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [length] prescribed displacements, natural
+    !> [length] prescribed displacements, 0 on all other dofs; natural, shape (n_dofs)
     real(rk), intent(in) :: values(:)
-    !> [force] loads on the unknowns, natural
+    !> [force] loads on the unknowns of the bound form, natural, shape (n_dofs)
     real(rk), intent(in) :: loads(:)
     real(rk), intent(out) :: length_scale
     real(rk), intent(out) :: force_scale
@@ -115,6 +118,7 @@ contains
   subroutine fill_bounds(self, system, theta, length_scale, upper, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
+    !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [length] of scales
     real(rk), intent(in) :: length_scale

@@ -15,8 +15,8 @@ module sig_solver_choice
 
 contains
 
-  !> Allocates the solver and sets its options; the caller then calls its create for a system. ierr is set if the plan has an
-  !> unknown type. Local.
+  !> Allocates the solver that the plan names and sets max_iterations, is_multigrid and may_factor; the caller then calls its create
+  !> for a system. ierr is set if the plan has an unknown type. Local.
   subroutine choose_solver(plan, max_iterations, solver, ierr)
     type(solver_plan_t), intent(in) :: plan
     !> largest number of steps at one parameter point

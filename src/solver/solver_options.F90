@@ -12,9 +12,9 @@ module sig_solver_options
 
 contains
 
-  !> Makes an error if a PETSc option with the prefix of this solver was not used; it names the first such option. Otherwise error
-  !> is not allocated. The result is the same on every rank. Requires: a point was solved, so that every object of the solver has
-  !> read its options. Local.
+  !> Makes an error if an object on this rank has not used a PETSc option with the prefix of this solver; it names the first such
+  !> option. Otherwise error is not allocated. Requires: this rank has taken part in solving a point by this solver, so that every
+  !> object of the solver has read its options. Only then the result is the same on every rank. Local.
   subroutine refuse_unused_options(solver_type, error, ierr)
     !> active_set, snesvi or condensed
     character(*), intent(in) :: solver_type
@@ -27,7 +27,8 @@ contains
     do i = 1, size(options)
       if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
-        hint='no object of the solver ' // solver_type // ' reads it: check its name; the run stopped after the first points')
+        hint='no object of the solver ' // solver_type // ' reads it: check its name, and solver.linear: an ' // &
+        'option of multigrid needs gamg, one of MUMPS cholesky; the run stopped after the first points')
       return
     end do
   end subroutine refuse_unused_options

@@ -99,11 +99,11 @@ contains
   end subroutine choose_type
 
   !> Whether W and the responses to all multipliers are small enough for the condensed solver: at most 5000 multipliers, and 4e9
-  !> bytes for the responses.
+  !> bytes for all copies of the responses together.
   pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
-    !> number of copies of the responses on all ranks; default: 1
+    !> how many times the responses are kept: on how many ranks, times for how many stiffnesses; default: 1
     real(rk), intent(in), optional :: n_copies
     real(rk) :: response_size
 

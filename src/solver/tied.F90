@@ -31,7 +31,8 @@ module sig_tied
     real(rk), allocatable :: free(:, :)
     !> S, shape (n_rows, n_changing): [-] for closed rows, [length/force] for other rows
     real(rk), allocatable :: operator(:, :)
-    !> [length per unit of theta, length/force] rows of G and -H, shapes (n_dofs, n_terms) and (n_dofs, n_changing)
+    !> [length per unit of theta, length/force] G and -H on the wanted dofs (`dofs` of solve_tied), shapes (size(dofs), n_terms)
+    !> and (size(dofs), n_changing)
     real(rk), allocatable :: free_field(:, :)
     real(rk), allocatable :: field(:, :)
   end type tied_response_t
@@ -50,10 +51,10 @@ module sig_tied
 
 contains
 
-  !> Computes the response of a problem where closed rows are tied and open rows have no force: R and S give the force of each
-  !> closed row and the opening of each other row, G and -H the displacements of the wanted dofs, under the terms and under forces
-  !> on the changing rows. It is the same on all ranks of the system. If the tied stiffness cannot be factored or a solve fails,
-  !> response%reason says so. Requires: no body that only contact holds. Collective.
+  !> Computes the response of a problem where closed rows are tied and open rows have no force. R and G are the response to each
+  !> term, S and -H that to a unit force on each changing row. R and S have the force of each closed row and the opening of each
+  !> other row, G and -H the displacements of the wanted dofs. The response is the same on all ranks of the system. If the tied
+  !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
   subroutine solve_tied(system, status, dofs, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_closed, row_changing or row_open (sig_tied_data) of each row, shape (n_rows)
@@ -87,7 +88,7 @@ contains
     PetscCall(tied%form%destroy(ierr))
   end subroutine solve_tied
 
-  !> Computes R and G: the responses to loads, prescribed displacements and gaps of each term. Collective.
+  !> Computes R and G: the responses to loads, prescribed displacements and gaps of each term. Sets response%reason. Collective.
   subroutine solve_terms(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied
@@ -116,7 +117,8 @@ contains
     end do
   end subroutine solve_terms
 
-  !> Computes S and -H: the responses to a unit force on each changing row, which pushes its sides apart. Collective.
+  !> Computes S and -H: the responses to a unit force on each changing row, which pushes its sides apart. Stops at a failed
+  !> solve. Sets response%reason. Collective.
   subroutine solve_forces(system, tied, response, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied

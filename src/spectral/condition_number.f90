@@ -11,12 +11,12 @@ module sig_condition_number
 contains
 
   !> Computes kappa = sigma_max / sigma_n_rows and the rank of a matrix. Source: (11). Paper: it gives no convention for rank <
-  !> n_rows; here kappa is infinite then. A matrix without rows has kappa 1 and rank 0, because no row is badly determined. A matrix
-  !> that is not finite has rank 0 and an infinite kappa.
+  !> n_rows; here kappa is infinite then. A matrix without rows has kappa 1 and rank 0, because no row is badly determined. If a
+  !> matrix with rows is not finite, or LAPACK fails, the rank is 0 and kappa is infinite.
   subroutine condition_number(matrix, rank_tolerance, kappa, rank)
     !> shape (n_rows, n_columns): multipliers by modes
     real(rk), intent(in) :: matrix(:, :)
-    !> [-] singular values below this times the largest one count as zero
+    !> [-] singular values below this times the largest one count as zero, and so does 0
     real(rk), intent(in) :: rank_tolerance
     !> [-] at least 1; infinite where the rank is smaller than n_rows
     real(rk), intent(out) :: kappa
@@ -26,8 +26,8 @@ contains
     call condition_of_values(singular_values(matrix), size(matrix, 1), rank_tolerance, kappa, rank)
   end subroutine condition_number
 
-  !> Computes the same as condition_number from the singular values of a matrix with n_rows rows. Values that are not numbers give
-  !> rank 0 and an infinite kappa.
+  !> Computes the same as condition_number from the singular values of a matrix with n_rows rows. If these are NaN, the rank is 0
+  !> and kappa is infinite.
   pure subroutine condition_of_values(sigma, n_rows, rank_tolerance, kappa, rank)
     !> singular values, descending, not more than n_rows values
     real(rk), intent(in) :: sigma(:)

@@ -21,8 +21,8 @@ module sig_singular_update
 
 contains
 
-  !> Computes the left singular vectors and the singular values of a matrix A. The values are NaN if A is not finite or LAPACK
-  !> fails.
+  !> Computes the left singular vectors and the singular values of a matrix A. If A is not finite or LAPACK fails, the values are
+  !> NaN and the vectors of no use.
   subroutine decompose_columns(matrix, space)
     !> shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)
@@ -54,7 +54,7 @@ contains
   pure real(rk) function ratio_with_column(space, column) result(ratio)
     !> of A
     type(column_space_t), intent(in) :: space
-    !> c, shape (n_rows)
+    !> c, shape (n_rows); finite
     real(rk), intent(in) :: column(:)
     real(rk), allocatable :: poles(:), weights(:)
     real(rk) :: components(size(space%values)), smallest
@@ -79,7 +79,7 @@ contains
     if (smallest > 0) ratio = largest_root(poles, weights) / smallest
   end function ratio_with_column
 
-  !> Returns the length of a column after its part in the span of orthonormal columns is taken away; 0 where only rounding is left.
+  !> Returns the length of a column after its part in the span of orthonormal columns is taken away; 0 if only rounding is left.
   pure real(rk) function outside_part(basis, column) result(length)
     !> the orthonormal columns, shape (n_rows, n)
     real(rk), intent(in) :: basis(:, :)
@@ -126,15 +126,15 @@ contains
     end associate
   end function largest_root
 
-  !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes its sign for x = d_k +
-  !> offset.
+  !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes from negative to
+  !> positive for x = d_k + offset. If it is positive everywhere, the result is next to 0.
   pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
     !> poles and weights as in smallest_root
     real(rk), intent(in) :: poles(:)
     real(rk), intent(in) :: weights(:)
     !> k
     integer, intent(in) :: i_pole
-    !> upper limit of the offset; also the result where the sign does not change below it
+    !> upper limit of the offset; also the result if the sum is negative everywhere below it
     real(rk), intent(in) :: widest
     real(rk) :: differences(size(poles)), sums(size(poles)), lower, upper
     integer :: i

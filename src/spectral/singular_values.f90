@@ -39,7 +39,7 @@ contains
     call run_dgesdd('S', a, s, u, vt)
   end subroutine svd
 
-  !> Calls dgesdd with its work space. The values are NaN where the matrix is not finite (LAPACK might not return) or the method
+  !> Calls dgesdd with its work space. The values s are NaN if the matrix is not finite (LAPACK might not return then) or the method
   !> does not converge.
   subroutine run_dgesdd(job, a, s, u, vt)
     !> N: values only, u and vt are not used; S: the thin decomposition
