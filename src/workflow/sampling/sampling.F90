@@ -278,8 +278,9 @@ contains
     end do
   end subroutine solve_some
 
-  !> Solves points of one batch, by the responses if they are ready, and gives them to the buffer of the group's shard. Collective
-  !> on the group. Errors: the shard cannot be written.
+  !> Solves the points of one batch, by the responses if they are ready. The leader of the group adds the solutions to the buffer of
+  !> its shard, also those that did not converge, counts the latter in outcome%n_failed, and updates outcome%rotation. While
+  !> n_before is 0, it also gives the solutions to responses%collect. Collective on the group. Errors: the shard cannot be written.
   subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     !> those of the batch, shape (n_parameters, n_points)
@@ -315,8 +316,8 @@ contains
     PetscCall(broadcast_error(error, self%team%groups%comm, ierr))
   end subroutine solve_batch
 
-  !> Makes a record of a solution; displacement and multipliers move from the state to the record. Without has_displacement the
-  !> record's displacement has size 0 and the state keeps its own.
+  !> Makes a record of a point and its solution. The multipliers and, with has_displacement, the displacement move from the state to
+  !> the record; the state loses them. Without has_displacement the record's displacement has size 0, and the state keeps its own.
   pure subroutine make_record(point, has_displacement, state, record)
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)

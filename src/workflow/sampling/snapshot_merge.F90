@@ -66,7 +66,7 @@ contains
     store%name = name
   end function store_in
 
-  !> Returns the path of the merged file of the store.
+  !> Returns the path of the merged file of the store: folder/snapshots.h5 or folder/candidates.h5.
   pure function store_path(self) result(path)
     class(store_t), intent(in) :: self
     character(:), allocatable :: path
@@ -74,7 +74,7 @@ contains
     path = self%folder // '/' // self%name // '.h5'
   end function store_path
 
-  !> Returns the path of the shard of a group (1-based).
+  !> Returns the path of the shard of a group of ranks (1-based), such as folder/snapshots.part-2.
   pure function shard_path(self, i_group) result(path)
     class(store_t), intent(in) :: self
     integer, intent(in) :: i_group
@@ -83,7 +83,8 @@ contains
     path = self%folder // '/' // self%name // '.part-' // to_text(i_group)
   end function shard_path
 
-  !> Returns the file names, without the folder, of all shards of the store.
+  !> Returns the names, without the folder, of all shards of the store, also those of earlier runs, in byte order; none if the
+  !> folder is missing.
   function list_shards(self) result(names)
     class(store_t), intent(in) :: self
     type(string_t), allocatable :: names(:)
@@ -91,22 +92,23 @@ contains
     names = list_files(self%folder, self%name // '.part-')
   end function list_shards
 
-  !> Finds out which points have a converged solution already, and whether nothing is left to do. Solutions without displacements do
-  !> not count if the deck needs displacements. Collective on all ranks.
+  !> Finds out which points have a converged solution in the files of the store, and whether nothing is left to do. Missing files
+  !> are no error. A merged file without displacements does not count if the deck needs displacements. Collective on all ranks;
+  !> results and errors are the same on each.
   !>
-  !> Errors: the files of the store cannot be read, or are of another deck or mesh.
+  !> Errors: those of collect_snapshots.
   subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> the file or a shard has a converged solution of the point, shape (n_points)
+    !> the merged file or a shard has a converged solution of the point, shape (n_points)
     logical, allocatable, intent(out) :: is_done(:)
     !> all points are done, and there are no shards
     logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> number of dofs of which the store keeps displacements: all or 0
+    !> as in collect_snapshots
     integer, intent(out), optional :: n_stored
     type(snapshot_record_t), allocatable :: records(:)
     type(string_t), allocatable :: shards(:)
@@ -135,11 +137,12 @@ contains
   end subroutine find_finished_points
 
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
-  !> Of several solutions of a point the last converged one is kept, or the first one if none converged. A merged file without
-  !> displacements is left out if the deck needs them, with a note in the log unless there are fresh records. Damaged records at the
-  !> end of a shard are left out with a warning. Local.
+  !> Of several solutions of a point (merged file, then shards, then `fresh`) the last converged one is kept, or the first one if
+  !> none converged. A merged file without displacements is left out if the deck needs them, with a note in the log unless `fresh`
+  !> is present. The records of a shard from the first damaged one on are left out with a warning. Missing files are no error.
+  !> Local.
   !>
-  !> Errors: a file cannot be read, or is of another deck or mesh; a shard has not n_stored dofs.
+  !> Errors: a file cannot be read, or is of another deck or mesh; the records of a shard do not have n_stored dofs.
   subroutine collect_snapshots(problem, store, points, picked, is_missing, n_stored, error, fresh)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -149,7 +152,7 @@ contains
     type(snapshot_record_t), allocatable, intent(out) :: picked(:)
     !> no solution is found; of the given points, then of the others (false)
     logical, allocatable, intent(out) :: is_missing(:)
-    !> number of dofs of which the store keeps displacements: all if the deck needs them or the file has them, else 0
+    !> number of dofs of which the store keeps displacements: all if the deck needs them or the merged file has them, else 0
     integer, intent(out) :: n_stored
     type(error_t), allocatable, intent(out) :: error
     !> records that are in no file yet; their arrays are moved away
@@ -178,8 +181,9 @@ contains
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
         n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
-      if (n_dropped > 0) call log_warning(shards(i)%text // ' ends in ' // counted(n_dropped, 'damaged record') // &
-        ', as a killed run leaves it; these points are solved again')
+      if (n_dropped > 0) call log_warning(shards(i)%text // ' loses ' // counted(n_dropped, 'record') // &
+        ' at its end, from the first damaged one on, as after a killed run; points of the deck that were only there are ' // &
+        'solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)
@@ -188,7 +192,7 @@ contains
     call pick_records(records, wanted, picked, is_missing)
   end subroutine collect_snapshots
 
-  !> Returns the points of records, shape (n_parameters, size(records)).
+  !> Returns the parameter points of the records, shape (n_parameters, size(records)).
   pure function points_of(records, n_parameters) result(points)
     type(snapshot_record_t), intent(in) :: records(:)
     integer, intent(in) :: n_parameters
@@ -202,7 +206,8 @@ contains
 
   !> Reads the merged file of a store: all points and dofs, or those of the optional arguments. Local.
   !>
-  !> Errors: those of read_snapshot_set; the sizes are not those of the problem although the provenance is.
+  !> Errors: those of read_snapshot_set; the sizes are not those of the problem although the provenance is (not checked if no
+  !> point is read).
   subroutine read_own_snapshots(problem, path, set, error, dofs, points, is_missing)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: path
@@ -251,8 +256,9 @@ contains
     call read_own_snapshots(problem, store%path(), set, error, points=points, is_missing=is_missing)
   end subroutine read_store
 
-  !> Does what read_store does, but each rank gets only its share of the dofs of the displacements, or none if the deck needs no
-  !> displacements. Collective on all ranks; errors are known to all.
+  !> Does what read_store does, but each rank gets only its share of the dofs of the displacements: a block of consecutive dofs. It
+  !> gets none if the deck needs no displacements, or if the file has none. All else is whole on each rank. Collective on all ranks;
+  !> errors are known to all.
   subroutine read_spread(problem, store, points, set, is_missing, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -270,8 +276,9 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine read_spread
 
-  !> Writes the merged file again so that the given points come first, in their order; does nothing if exactly these do already.
-  !> Local: one rank writes. Requires: all points are in the store. Errors: the file cannot be read; those of write_merged.
+  !> Writes the merged file again so that the given points come first, in their order. Does nothing if the file begins with these
+  !> points already. Local: one rank calls it. Requires: the merged file has all points. Errors: it cannot be read; those of
+  !> write_merged.
   subroutine put_in_order(problem, store, points, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -292,10 +299,10 @@ contains
   !> Writes one file of all solutions of the store and of this run, the given points first, then removes the shards. Collective on
   !> all ranks; errors are known to all.
   !>
-  !> Errors: the elastic response to the prescribed values cannot be computed; those of write_merged.
+  !> Errors: n_stored is not 0, and the elastic responses to the lifted terms cannot be computed; those of write_merged.
   subroutine merge_snapshots(problem, team, store, points, n_stored, fresh, error, ierr)
     type(problem_t), intent(in) :: problem
-    !> its solver is ready
+    !> all ranks, in groups; its solver is ready
     type(team_t), intent(inout) :: team
     type(store_t), intent(in) :: store
     !> shape (n_parameters, n_points)
@@ -323,9 +330,9 @@ contains
   end subroutine merge_snapshots
 
   !> Writes the merged file: the solutions that collect_snapshots keeps, the given points first; then removes the shards.
-  !> Local: one rank writes.
+  !> Local: one rank calls it.
   !>
-  !> Errors: a file cannot be read, written or removed, or is of another deck or mesh.
+  !> Errors: those of collect_snapshots; a file cannot be written or removed.
   subroutine write_merged(problem, store, points, fresh, response, error)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

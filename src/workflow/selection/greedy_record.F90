@@ -38,8 +38,9 @@ contains
       count_or_word(deck%greedy%max_points, huge(1), 'none')
   end function rule_of
 
-  !> Returns a hash (hexadecimal) of all on which the choice depends, except for max_points and tolerance: deck and mesh, the box,
-  !> the candidates, and settings of greedy and reduction.
+  !> Returns a hash (hexadecimal) of all on which the choice depends, except for max_points and tolerance: the provenance (physics
+  !> of the deck and mesh), the box, the candidates, greedy.indicator and greedy.initial; with indicator: projection also
+  !> reduction.dirichlet, with indicator: defect also greedy.batch, the linear solver and the section reduction.
   function settings_of(problem, candidates) result(settings)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
@@ -59,11 +60,11 @@ contains
     settings = hash_digits(fnv1a(text, fnv1a(candidates, fnv1a(box_of(problem%deck), fnv1a_seed))))
   end function settings_of
 
-  !> Reads from selection.csv what an earlier run with the same settings_of has chosen. If there was none, the selection has no
-  !> points and is not finished; if only max_points or tolerance were others, it has points and is not finished. Local; the same on
-  !> all ranks.
+  !> Reads from selection.csv what an earlier run has chosen. If the file is missing, or its hash is not that of settings_of, the
+  !> selection has no points and is not finished. If max_points or tolerance were others, or the earlier run did not reach the end,
+  !> it has points and is not finished (stopped_by is empty). Local; the same on all ranks.
   !>
-  !> Errors: selection.csv cannot be read, or is no such table.
+  !> Errors: selection.csv cannot be read, or a line is damaged.
   subroutine begin_selection(problem, candidates, folder, selection, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
@@ -77,10 +78,10 @@ contains
       selection, error)
   end subroutine begin_selection
 
-  !> Finds out whether nothing is left to do: the selection has ended, and all its points have converged and are merged. Collective
-  !> on all ranks.
+  !> Finds out whether nothing is left to do: the selection is finished, all its points have converged, and there are no shards of
+  !> snapshots. Collective on all ranks.
   !>
-  !> Errors: the snapshots cannot be read, or are of another deck or mesh.
+  !> Errors: if the selection is finished, those of find_finished_points.
   subroutine is_complete(problem, folder, selection, is_done, error, ierr)
     type(problem_t), intent(in) :: problem
     !> results folder
@@ -100,8 +101,8 @@ contains
     is_done = is_merged
   end subroutine is_complete
 
-  !> Writes selection.csv anew, unless the writer has an error already, and makes an error of any rank known to all. Collective on
-  !> all ranks. Errors: the file cannot be written.
+  !> Writes selection.csv anew, unless the writer has an error already. Afterwards all ranks have an error if any rank had one, or
+  !> if the file cannot be written. Collective on all ranks.
   subroutine keep_selection(problem, folder, selection, is_writer, error, ierr)
     type(problem_t), intent(in) :: problem
     !> results folder
@@ -117,7 +118,8 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine keep_selection
 
-  !> Finds the training points: those of the deck, or those that a greedy selection has chosen among them. Local.
+  !> Finds the training points: those of the deck or, with a greedy selection, those that it has chosen among them, in the order of
+  !> the choice. Local; the same on all ranks.
   !>
   !> Errors: those of build_points; there is no finished selection with these settings and limits in selection.csv, or it cannot be
   !> read.
@@ -127,7 +129,7 @@ contains
     character(*), intent(in) :: folder
     !> shape (n_parameters, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
-    !> what is chosen; empty if the deck has no greedy selection
+    !> what is chosen; without a greedy selection in the deck its arrays are not allocated
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
 

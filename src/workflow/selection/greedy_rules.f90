@@ -17,7 +17,7 @@ module sig_greedy_rules
 
 contains
 
-  !> Returns minimum and maximum of each parameter, shape (2, n_parameters).
+  !> Returns minimum (row 1) and maximum (row 2) of each parameter, shape (2, n_parameters).
   pure function box_of(deck) result(box)
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: box(:, :)
@@ -44,8 +44,8 @@ contains
 
   !> Appends the candidates with the largest defects to the selection, at most greedy.batch and as long as selection_end allows; if
   !> none, sets selection%stopped_by. Sets selection%largest_left to the largest defect of the candidates that were not chosen
-  !> before. The points of a round keep the distance half_spacing, because neighbors have large defects together. Logs each choice.
-  !> Local.
+  !> before this round, 0 if there are none. Neighbors have large defects together, so the points of one round keep a distance:
+  !> half_spacing for the number of points after a full round. Logs each choice. Local.
   subroutine pick_worst(deck, candidates, defects, selection, chosen)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_candidates)
@@ -85,7 +85,8 @@ contains
     half_spacing = real(n_points, rk)**(-1.0_rk / n_parameters) / 2
   end function half_spacing
 
-  !> Sets the defect to -1 for candidates that are nearer to the point `place` than the distance, or equal to `place` up to 1e-12.
+  !> Sets the defect to -1 for candidates whose Euclidean distance from the point `place`, after the box was scaled to sides of
+  !> length 1, is less than `distance` or less than 1e-12. The defects of the others stay.
   pure subroutine leave_out(candidates, box, place, distance, defects)
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
@@ -93,7 +94,7 @@ contains
     real(rk), intent(in) :: box(:, :)
     !> shape (n_parameters)
     real(rk), intent(in) :: place(:)
-    !> [-] with the sides of the box as unit
+    !> [-] in the scaled box
     real(rk), intent(in) :: distance
     !> [-] shape (n_candidates)
     real(rk), intent(inout) :: defects(:)
@@ -106,9 +107,9 @@ contains
     end do
   end subroutine leave_out
 
-  !> Returns why no further point is chosen, the first of these that holds: `candidates` (none is left), `tolerance` (the largest
-  !> indicator is at most the deck's tolerance, if it has one), `candidates` (it is at most 1e-13), `max_points` (they are reached);
-  !> empty if one may be chosen.
+  !> Returns why no further point is chosen, the first of these that holds: `candidates` (none is left), `tolerance` (`largest` is
+  !> at most the deck's tolerance, if it has one), `candidates` (`largest` is at most 1e-13, that is, rounding), `max_points`
+  !> (n_chosen has reached them); empty if a point may be chosen.
   pure function selection_end(deck, n_chosen, largest) result(reason)
     type(deck_config_t), intent(in) :: deck
     !> number of points so far

@@ -50,7 +50,8 @@ contains
     PetscCall(select_missing(full_order, folder, candidates, outcome, selection, error, ierr))
   end subroutine select_points
 
-  !> Does what select_points does, for the given candidates (shape (n_parameters, n_candidates)), at least greedy.initial ones.
+  !> Does what select_points does, for the given candidates, shape (n_parameters, n_candidates). Requires: there are at least
+  !> greedy.initial of them.
   subroutine select_missing(full_order, folder, candidates, outcome, selection, error, ierr)
     type(full_order_t), target, intent(inout) :: full_order
     character(*), intent(in) :: folder

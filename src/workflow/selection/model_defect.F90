@@ -36,7 +36,7 @@ module sig_model_defect
 
   !> Call create once; then measure for each model.
   type :: model_defect_t
-    !> the full-order model is condensed: the defect is a bound of the energy error
+    !> the full-order model is condensed, and contact_error_bound takes it: the defect is a bound of the energy error
     logical :: is_bound = .false.
     !> these belong to the full order; `condensed` is null if the full-order model is not condensed
     type(contact_system_t), pointer, private :: system => null()
@@ -68,9 +68,9 @@ module sig_model_defect
 
 contains
 
-  !> Condenses the full-order model and sets is_bound, if this is possible: the stiffness is fixed and may be factored, supports
-  !> hold all bodies, W fits into the memory, and contact_error_bound takes it. Otherwise is_bound stays false. Collective on all
-  !> ranks.
+  !> Condenses the full-order model and sets is_bound, if this is possible: the stiffness is fixed and can be factored, supports
+  !> hold all bodies, W fits into the memory (fits_condensed) and is positive definite (contact_error_bound). Otherwise is_bound
+  !> stays false. Collective on all ranks.
   subroutine create(self, problem, solver, ierr)
     class(model_defect_t), intent(inout) :: self
     !> problem and solver must outlive this object
@@ -94,13 +94,13 @@ contains
     self%is_bound = self%contact%is_valid
   end subroutine create
 
-  !> Computes the defects of a model's answers: with is_bound the bound of the energy error over the energy norm of the answer,
-  !> otherwise the sum of the relative residuals of (3). Infinite where there is no answer. Collective on all ranks; the result is
-  !> the same on each. Requires: create.
+  !> Computes the defects of a model's answers: bound_at with is_bound, otherwise measure_residuals. Infinite where there is no
+  !> answer, or where the defect is no number. Collective on all ranks; the result is the same on each. Requires: create.
   subroutine measure(self, online, query, points, defects, ierr)
     class(model_defect_t), intent(inout) :: self
     !> prepared, with one cluster
     type(online_model_t), intent(in) :: online
+    !> created for the model
     type(query_t), intent(inout) :: query
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
@@ -132,8 +132,9 @@ contains
     where (ieee_is_nan(defects)) defects = ieee_value(1.0_rk, ieee_positive_inf)
   end subroutine measure
 
-  !> Computes orthonormal fields U whose combinations contain all answers of the model and of the full-order model, and keeps their
-  !> coordinates R in self%columns and U' K U in self%energy. Collective on all ranks. Requires: is_bound.
+  !> Computes orthonormal fields U whose combinations contain all answers of the model and all u(lambda) of the full-order model.
+  !> Keeps in self%columns the coordinates R in U of [G, -H, lifting, basis], and in self%energy U' K U. Collective on all ranks.
+  !> Requires: is_bound.
   subroutine prepare(self, cluster, ierr)
     class(model_defect_t), intent(inout) :: self
     !> the only cluster of the model
@@ -175,11 +176,12 @@ contains
   end subroutine prepare
 
   !> [-] Returns the bound of the energy error of an answer, divided by the answer's energy norm (at least smallest_share of
-  !> sqrt(|K|) |u|); infinite without an answer. Local. Requires: prepare.
+  !> sqrt(|K|) |u|, u of the answer); infinite without an answer. By `relative`. Local. Requires: prepare.
   real(rk) function bound_at(self, online, answer, rooms) result(bound)
     class(model_defect_t), intent(in) :: self
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
+    !> work arrays of reconstruct_multipliers
     type(rooms_t), intent(inout) :: rooms
     real(rk) :: multipliers(online%model%n_multipliers), opening(online%model%n_multipliers)
     real(rk) :: reduced(size(self%columns, 1)), balanced(size(self%columns, 1))
@@ -198,7 +200,7 @@ contains
       max(self%energy_norm(reduced), smallest_share * sqrt(self%system%stiffness_size) * norm2(reduced)))
   end function bound_at
 
-  !> [sqrt(force*length)] Returns the energy norm of a field that is given by its coordinates in U.
+  !> [sqrt(force*length)] Returns the energy norm of a field that is given by its coordinates in U. Local. Requires: prepare.
   real(rk) function energy_norm(self, coordinates)
     class(model_defect_t), intent(in) :: self
     !> [length] shape (number of the fields U)
@@ -209,8 +211,9 @@ contains
     energy_norm = sqrt(max(0.0_rk, dot_product(coordinates, forces)))
   end function energy_norm
 
-  !> Computes the sum of the residuals of (3): equilibrium relative to the forces, penetration relative to the largest displacement,
-  !> complementarity; infinite without an answer. Collective on all ranks. Requires: the system has the stiffness of the points.
+  !> Computes at each point the sum of three residuals of (3): of equilibrium, relative to the forces; the penetration over the
+  !> largest displacement component of the answer (`relative`); of complementarity (relative). Infinite without an answer.
+  !> Collective on all ranks. Requires: the system has the stiffness of the points.
   subroutine measure_residuals(system, online, query, points, defects, ierr)
     type(contact_system_t), intent(inout) :: system
     type(online_model_t), intent(in) :: online
@@ -244,10 +247,10 @@ contains
     end do
   end subroutine measure_residuals
 
-  !> Computes the true errors of an answer at a point, which a bound must not be below: the energy norm of the error of its
-  !> displacement, and of the displacement that the error of its contact forces causes (NaN if the full-order model is not
-  !> condensed); both divided by the energy norm of the answer (at least smallest_share of sqrt(|K|) |u|). Collective on all ranks.
-  !> Requires: create.
+  !> Computes the two true errors of an answer at a point. The first is the energy norm of the error of its displacement, which a
+  !> bound must not be below. The second is the energy norm of the displacement that the error of its contact forces causes; NaN
+  !> without is_bound. Both are divided (`relative`) by the energy norm of the answer (at least smallest_share of sqrt(|K|) |u|, u
+  !> of the answer). Collective on all ranks. Requires: create.
   subroutine true_errors(self, point, answered, displacement, answered_multipliers, multipliers, errors, ierr)
     class(model_defect_t), intent(inout) :: self
     !> shape (n_parameters)

@@ -49,10 +49,10 @@ module sig_selection_by_defect
 
 contains
 
-  !> Selects and solves the training points: writes selection.csv and snapshots.h5 into the folder. Collective on all ranks; the
-  !> selection is the same on each. A signal ends it early (outcome%is_stopped).
+  !> Selects and solves the training points: writes selection.csv and snapshots.h5, with the selected points first, into the folder.
+  !> Collective on all ranks; the selection is the same on each. A signal ends it early (outcome%is_stopped).
   !>
-  !> Errors: those of the sampling and of the training of a model of the points so far; selection.csv cannot be written.
+  !> Errors: those of solve_new_points, choose_new_points and put_in_order; selection.csv cannot be written.
   subroutine select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -60,7 +60,7 @@ contains
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     type(sampling_result_t), intent(out) :: outcome
-    !> in: what an earlier run has chosen, from begin_selection; out: all chosen points
+    !> in: what an earlier run has chosen, from begin_selection (cut_at_end shortens it); out: all chosen points
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -91,16 +91,19 @@ contains
     end if
   end subroutine select_by_defect
 
-  !> Returns why the defect is no bound, as the beginning of a sentence.
+  !> Returns why the defect is no bound, as the beginning of a sentence. If the stiffness is fixed, it names all possible reasons
+  !> without telling which one holds.
   pure function why_no_bound(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
 
-    reason = 'the full-order model cannot be condensed'
+    reason = 'solver.linear is gamg, a body is held by contact only, or the stiffness or the matrix of all contacts is too ' // &
+      'large or cannot be factored'
     if (.not. problem%has_fixed_stiffness) reason = 'the stiffness depends on the parameters'
   end function why_no_bound
 
-  !> Appends greedy.initial candidates that are far from each other to the selection, with NaN as indicators.
+  !> Appends greedy.initial candidates that are far from each other (farthest_points) to the selection, with NaN as indicators.
+  !> Requires: there are as many candidates.
   subroutine begin_far_apart(problem, candidates, selection)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
@@ -112,14 +115,15 @@ contains
     call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
   end subroutine begin_far_apart
 
-  !> Solves the points of the selection that have no converged solution yet, computes the errors that the model had at those of the
-  !> last round, and writes selection.csv. If a signal comes while it solves, it returns without errors and selection.csv
-  !> (outcome%is_stopped). Collective on all ranks. Errors: those of solve_missing and compare_answers; selection.csv cannot be
-  !> written.
+  !> Solves the points of the selection that have no converged solution yet. Then compares them with the model's answers
+  !> (compare_answers) and writes selection.csv; it leaves both out if a signal came while it solved. After a signal
+  !> outcome%is_stopped is true. Collective on all ranks. Errors: those of solve_missing and compare_answers; selection.csv cannot
+  !> be written.
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
-    !> n_found stays that of the first round, all else becomes that of this round
+    !> n_points, n_failed, n_stiffnesses and is_stopped become those of this round; n_found stays that of the first round, and
+    !> rotation does not change
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -139,9 +143,10 @@ contains
     PetscCall(agree_to_stop(PETSC_COMM_WORLD, outcome%is_stopped, ierr))
   end subroutine solve_new_points
 
-  !> Sets selection%errors at the last round's points, which are solved now: the errors of true_errors of the answers that the model
-  !> had there. They stay NaN where there was no answer or is no solution. Collective on all ranks. Errors: the store cannot be
-  !> read.
+  !> Sets selection%errors at the points that the last round chose and that are solved now: true_errors of the answers that the
+  !> model had there (keep_answers). The errors stay NaN where the defect was infinite, as without an answer, and where the
+  !> full-order solution did not converge. Does nothing in the first round of a run. Collective on all ranks.
+  !> Errors: the store cannot be read.
   subroutine compare_answers(rounds, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     type(selection_t), intent(inout) :: selection
@@ -166,9 +171,9 @@ contains
     end do
   end subroutine compare_answers
 
-  !> Trains a model of the solved points and appends to the selection the candidates with its largest defects (pick_worst), or sets
-  !> selection%stopped_by; keeps the model's answers there. Collective on all ranks. Errors: those of train_draft; the model cannot
-  !> answer.
+  !> Trains a model of the solved points of the selection and measures its defects at the candidates. Appends the candidates with
+  !> the largest defects to the selection (pick_worst) and keeps the model's answers at them in `rounds`; if there are none, sets
+  !> selection%stopped_by. Collective on all ranks. Errors: those of train_draft; the model cannot answer (an internal error).
   subroutine choose_new_points(rounds, candidates, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     !> shape (n_parameters, n_candidates)
@@ -197,8 +202,9 @@ contains
     call query%destroy()
   end subroutine choose_new_points
 
-  !> Trains a hyper-reduced model of one cluster, without fallback, from the solved points. online%model gets it; prepare is left to
-  !> the caller. Collective on all ranks. Errors: the store cannot be read; those of train.
+  !> Trains a hyper-reduced model of one cluster, without fallback, from the points of the selection that have converged.
+  !> online%model gets it, with the active sets from which queries start (fill_start_sets); the caller must call online%prepare.
+  !> Collective on all ranks. Errors: the store cannot be read; those of train.
   subroutine train_draft(rounds, selection, online, error, ierr)
     type(rounds_t), intent(in) :: rounds
     type(selection_t), intent(in) :: selection
@@ -219,8 +225,8 @@ contains
     call fill_start_sets(online%model)
   end subroutine train_draft
 
-  !> Keeps in `rounds` the displacements and contact forces that the model answers at the points that will be solved, and their
-  !> number. Local.
+  !> Keeps in `rounds` the displacements and contact forces that the model answers at the points that will be solved next, and the
+  !> number of these points. Where there is no answer, the displacement means nothing and the forces are 0. Local.
   subroutine keep_answers(rounds, online, query, points)
     type(rounds_t), intent(inout) :: rounds
     type(online_model_t), intent(in) :: online

@@ -38,7 +38,9 @@ contains
   !>
   !> Errors: those of the sampling and of choose_from_pool; selection.csv cannot be written.
   subroutine select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr)
+    !> created
     type(sampler_t), intent(inout) :: sampler
+    !> results folder
     character(*), intent(in) :: folder
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
@@ -58,8 +60,8 @@ contains
     PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
   end subroutine select_by_projection
 
-  !> Selects points among the solved candidates and writes snapshots.h5: their solutions first, then the others that it had. Local.
-  !> Errors: the fields of all candidates (vectors_to_represent) are zero but for rounding; a file cannot be read or written.
+  !> Selects points among the solved candidates and writes snapshots.h5: their solutions first, then the others that the file had.
+  !> Local: one rank calls it. Errors: `choose` finds no point; those of read_store and write_merged.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
     character(*), intent(in) :: folder
@@ -78,21 +80,23 @@ contains
     call vectors_to_represent(problem, pool, vectors)
     call choose(problem, pool%parameters, vectors, selection, chosen)
     if (size(chosen) == 0) then
-      call make_error(error, 'no candidate has a full-order solution in which contact forces move the bodies', problem%deck%path, &
-        problem%deck%training%line, problem%deck%training%column, exit_code=exit_not_converged)
+      call make_error(error, 'no candidate has a full-order solution in which contact forces move the bodies by more than ' // &
+        'rounding or training.greedy.tolerance', problem%deck%path, problem%deck%training%line, &
+        problem%deck%training%column, exit_code=exit_not_converged)
       return
     end if
     records = records_of_set(columns_of(pool, chosen))
     call write_merged(problem, store_t(folder, snapshot_store), selection%points, records, pool%free_response, error)
   end subroutine choose_from_pool
 
-  !> Computes the field of each candidate that the chosen ones have to represent (contact_part), divided by the norm of its
-  !> displacement; zeros if there is no solution, or if its displacement is only rounding. Local.
+  !> Computes the field of each candidate that the fields of the chosen ones have to represent (contact_part), divided by the
+  !> Euclidean norm of the candidate's displacement. The field is zero if the candidate has no solution, or if its displacement is
+  !> only rounding beside the largest one of all candidates. Local.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
     !> solutions with all dofs
     type(snapshot_set_t), intent(in) :: pool
-    !> [-] shape (n_dofs, n_candidates)
+    !> [-] shape (n_dofs, number of solutions in the pool)
     real(rk), allocatable, intent(out) :: vectors(:, :)
     !> [-] share of the largest displacement up to which a displacement is rounding
     real(rk), parameter :: negligible = 1.0e-10_rk
@@ -114,8 +118,10 @@ contains
     end do
   end subroutine vectors_to_represent
 
-  !> Chooses the greedy.initial points that are far from each other, without those whose vector is zero (there are fewer then); then
-  !> the candidate with the largest projection error each time until selection_end has a reason. Fills the selection. Local.
+  !> Chooses greedy.initial points that are far from each other, and drops those of them whose vector is zero. Then chooses the
+  !> candidate with the largest projection error each time until selection_end has a reason. Fills the selection, which must have no
+  !> points, with stopped_by and largest_left. Nothing is chosen if all vectors are zero, or if those of the initial points are zero
+  !> and no other is longer than the deck's tolerance. Local.
   subroutine choose(problem, candidates, vectors, selection, chosen)
     type(problem_t), intent(in) :: problem
     !> points of the vectors, shape (n_parameters, n_candidates)
@@ -123,7 +129,7 @@ contains
     !> results of vectors_to_represent; moved away
     real(rk), allocatable, intent(inout) :: vectors(:, :)
     type(selection_t), intent(inout) :: selection
-    !> numbers of the candidates, 1-based
+    !> numbers of the chosen candidates, 1-based, in the order of the choice
     integer, allocatable, intent(out) :: chosen(:)
     type(greedy_projection_t) :: greedy
     real(rk) :: error, none

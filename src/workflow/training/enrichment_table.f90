@@ -14,10 +14,10 @@ module sig_enrichment_table
 contains
 
   !> Writes enrichment.csv to the path: a head line, then for each hyper-reduced cluster a line for the basis without hats (hat 0)
-  !> and one per hat function, in the order of the choice. A line has what holds with all hats up to this one: number of POD modes
-  !> and hats, rank, condition number and ratio of singular values of the contact rows, condition number of the stiffness. `pair` is
-  !> the contact row of the hat, `node` its node in the order of the mesh file, both 1-based and 0 for hat 0. A model without such
-  !> clusters gives the head line only. Local. Errors: the file cannot be written.
+  !> and one per hat function, in the order of the choice. A line has what holds with all hats up to this one: the sum of the
+  !> numbers of POD modes and hats (`n_columns`), rank, condition number and ratio of singular values of the contact rows, condition
+  !> number of the stiffness. `pair` is the contact row of the hat, `node` its node in the order of the mesh file, both 1-based and
+  !> 0 for hat 0. A model without such clusters gives the head line only. Local. Errors: the file cannot be written.
   subroutine write_enrichment_table(model, path, error)
     type(model_t), intent(in) :: model
     character(*), intent(in) :: path
@@ -37,7 +37,7 @@ contains
     call write_text_file(path, text, error)
   end subroutine write_enrichment_table
 
-  !> Returns a line, without the cluster and the line end.
+  !> Returns a line of enrichment.csv, without the number of the cluster, the comma behind it, and the line end.
   pure function table_row(history, i) result(row)
     type(enrichment_history_t), intent(in) :: history
     !> position in the history: 1 for the basis without hats, k + 1 for hat k

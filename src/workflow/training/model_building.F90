@@ -42,21 +42,21 @@ contains
   !> Builds the model of the deck from its snapshots. Collective on all ranks; each rank gets the same model. There is no model if
   !> refinement%is_stopped.
   !>
-  !> The model is condensed, interpolated or tied if choose_model_kind allows it. Otherwise it is hyper-reduced, trained once or,
-  !> with clusters.target, refined in rounds. A hyper-reduced model has a fallback where one is possible. Without a fallback and if
-  !> certificate.max_error is not 0, add_certificates adds data for bounds of errors if the stiffness is fixed; else a warning says
-  !> that answers have no bound.
+  !> The model is condensed, interpolated or tied if build_exact builds one. Otherwise it is hyper-reduced, trained once or, with
+  !> clusters.target, refined in rounds. A hyper-reduced model has a fallback where build_fallback builds one. Without a fallback
+  !> and if certificate.max_error is not 0, add_certificates adds data for bounds of errors if the stiffness is fixed; else a
+  !> warning says that answers have no bound.
   !>
   !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
   !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
-  !> solved yet; those of complete_lifting, train and refine.
+  !> solved yet; those of build_exact, complete_lifting, train and refine.
   subroutine build_model(full_order, folder, snapshots, model, refinement, error, ierr)
     !> loaded problem of the deck
     type(full_order_t), intent(inout) :: full_order
     !> results folder, where the solved candidates of clusters.target are
     character(*), intent(in) :: folder
-    !> full-order solutions at the training points; each rank has some of their dofs. On return the displacements may have size 0,
-    !> and the lifted responses are complete
+    !> full-order solutions at the training points; each rank has some of their dofs. On return the displacements may have size 0;
+    !> if the model is hyper-reduced, the lifted responses are complete (complete_lifting)
     type(snapshot_set_t), intent(inout) :: snapshots
     type(model_t), intent(out) :: model
     !> how a refinement went; it has no rounds if the deck has no clusters.target
@@ -134,7 +134,8 @@ contains
   subroutine build_fallback(full_order, snapshots, has_starts, fallback, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> queries may start from the active sets of the snapshots, because they are the training points of the model
+    !> queries may start from the active sets of the snapshots, because these are at the training points of the model; counts only
+    !> where the stiffness depends on the parameters
     logical, intent(in) :: has_starts
     !> not allocated if it is impossible or takes too much memory
     class(reduced_t), allocatable, intent(out) :: fallback
@@ -152,7 +153,7 @@ contains
     PetscCall(interpolate_fallback(full_order, solved, has_starts, fallback, error, ierr))
   end subroutine build_fallback
 
-  !> [force] Returns the contact forces of the snapshots with a solution.
+  !> [force] Returns the contact forces of the snapshots that converged, shape (n_multipliers, number of these snapshots).
   pure function solved_forces(snapshots) result(forces)
     type(snapshot_set_t), intent(in) :: snapshots
     real(rk), allocatable :: forces(:, :)
@@ -161,8 +162,8 @@ contains
     forces = snapshots%multipliers(:, pack([(i, i=1, size(snapshots%reasons))], snapshots%reasons == reason_converged))
   end function solved_forces
 
-  !> Builds a model without hyper-reduction if reduction.method, the clusters and reduction.max_full_order_size allow one.
-  !> Collective on all ranks.
+  !> Builds a model without hyper-reduction if choose_model_kind allows one and, for a tied model, if its training finds no reason
+  !> against it. Collective on all ranks.
   !>
   !> Errors: reduction.method is condensed, and there cannot be such a model; those of build_condensed.
   subroutine build_exact(full_order, snapshots, model, is_built, error, ierr)
@@ -210,14 +211,15 @@ contains
 
   !> Builds a model that has one part of the given kind. Collective on all ranks.
   !>
-  !> Errors: no training point has a solution; the stiffness could not be factored; those of the training of this kind.
+  !> Errors: no training point has a solution; kind condensed: the stiffness could not be factored; those of the training of this
+  !> kind.
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
     !> condensed, interpolated or tied
     character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
-    !> kind tied: why there is no model, empty where there is one; does not change for other kinds
+    !> kind tied: why the model must not be used, empty where it may; does not change for other kinds
     character(:), allocatable, intent(inout) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -244,7 +246,7 @@ contains
   !> Reads the solved candidates of clusters.target, those that did not converge included; each rank gets some of their dofs.
   !> Collective on all ranks.
   !>
-  !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates.
+  !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates; those of build_points.
   subroutine read_candidates(problem, store, candidates, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store

@@ -14,11 +14,11 @@ module sig_model_header
 
 contains
 
-  !> Fills the data of the model that come from the deck, the mesh and the contact rows, but not its field map. Local. Requires: the
-  !> header was not filled before.
+  !> Fills the data of the model that come from the deck, the mesh and the contact rows, but not its field map and max_error. Local.
+  !> Requires: the header was not filled before.
   subroutine fill_model_header(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
-    !> only their points are taken, as the training points of the model
+    !> of these only the points are taken, as the training points of the model
     type(training_set_t), intent(in) :: snapshots
     type(model_t), intent(inout) :: model
     integer :: i

@@ -60,12 +60,13 @@ contains
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> Selects the snapshots with a converged full-order solution, and warns of each of the others. Local. Errors: no point has one.
+  !> Selects the snapshots with a converged full-order solution and, unless is_silent, warns of each of the others. Local. Errors:
+  !> no point has such a solution; then there are no warnings.
   subroutine take_solved(problem, snapshots, is_silent, solved, error)
     type(problem_t), intent(in) :: problem
     !> must outlive `solved`, which points to it
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> no warnings
+    !> gives no warnings
     logical, intent(in) :: is_silent
     type(training_set_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
