@@ -55,13 +55,13 @@ contains
 
   !> Makes the rows, one for each entry of n_first, from the lists of their nodes.
   pure subroutine create_contact_rows(n_first, n_second, nodes, weights, gap, areas, contact_entry, rows)
-    !> numbers of nodes of the first and of the second side of each row, shape (n_rows)
+    !> how many nodes each row has on its first side (at least 1) and on its second side (0 with an obstacle), shape (n_rows)
     integer, intent(in) :: n_first(:), n_second(:)
-    !> row by row: its owner, the other nodes of its first side, the nodes of its second side
+    !> natural nodes, row by row: its owner, the other nodes of its first side, the nodes of its second side
     integer, intent(in) :: nodes(:)
     !> [-] coefficients of the nodes' components, shape (n_dim, size(nodes))
     real(rk), intent(in) :: weights(:, :)
-    !> [length] shape (n_rows, n_terms)
+    !> [length] gap of each row by terms: D = gap * theta; shape (n_rows, n_terms)
     real(rk), intent(in) :: gap(:, :)
     !> [length**2, length in the plane] shape (n_rows)
     real(rk), intent(in) :: areas(:)
@@ -87,8 +87,8 @@ contains
     rows%contact_entry = contact_entry
   end subroutine create_contact_rows
 
-  !> Divides the rows into those with a multiplier and inert ones, whose displacements are all prescribed (except where the
-  !> coefficient is rounding). Inert rows have no multiplier, and only their gaps are checked.
+  !> Divides the rows into those with a multiplier and inert ones; both keep their order. A row is inert if all its dofs are
+  !> prescribed, except for dofs whose coefficient is only rounding. Inert rows have no multiplier, and only their gaps are checked.
   pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
     type(contact_rows_t), intent(in) :: all_rows
     !> whether each natural dof is prescribed, shape (n_dofs)
@@ -142,7 +142,7 @@ contains
     end do
   end function apply_transpose
 
-  !> Returns the natural dofs of a row, the owner's first.
+  !> Returns the natural dofs of a row, all components of each node of nodes_of, one node after the other.
   pure function dofs_of(self, row) result(dofs)
     class(contact_rows_t), intent(in) :: self
     !> 1-based
@@ -285,8 +285,9 @@ contains
     end associate
   end function weights_of
 
-  !> Computes for each row the resultant on its first side for a multiplier of 1, and its moment about the origin: x cross f, in the
-  !> plane (and in the half plane of axisymmetry) x f_y - y f_x.
+  !> Computes for each row, for a multiplier of 1, the resultant of the contact forces that act on its first side, and their moment
+  !> about the origin: x cross f, in the plane (and in the half plane of axisymmetry) x f_y - y f_x. These forces are the opposite
+  !> of the coefficients: they push the first side away from the second one.
   pure subroutine unit_resultants(self, coordinates, forces, moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
@@ -303,8 +304,9 @@ contains
     end do
   end subroutine unit_resultants
 
-  !> Returns for each row the moment about the origin of the forces on both of its sides for a multiplier of 1. The resultants of
-  !> both sides cancel, but they may act on different lines. The moment is zero for an obstacle, whose own force is not in the row.
+  !> Returns for each row, for a multiplier of 1, the moment about the origin of the contact forces on both of its sides together.
+  !> The resultants of both sides cancel, but they may act on different lines. For a row with an obstacle the result is 0, because
+  !> the force on the obstacle is not in the row.
   pure function unit_imbalances(self, coordinates) result(moments)
     class(contact_rows_t), intent(in) :: self
     !> [length] natural, shape (n_dim, n_nodes)
@@ -321,10 +323,12 @@ contains
     end do
   end function unit_imbalances
 
-  !> Computes force and moment of a multiplier of 1 on the entries first + 1 ... last.
+  !> Computes resultant and moment of the contact forces that a multiplier of 1 exerts on some nodes of a row. Results and
+  !> coordinates are those of unit_resultants.
   pure subroutine add_up(self, coordinates, first, last, force, moment)
     class(contact_rows_t), intent(in) :: self
     real(rk), intent(in) :: coordinates(:, :)
+    !> their dofs are dofs(first + 1:last) of self
     integer, intent(in) :: first, last
     real(rk), intent(out) :: force(:), moment(:)
     real(rk) :: part(size(force))
@@ -369,10 +373,11 @@ contains
     rows%contact_entry = self%contact_entry(indices)
   end function select
 
-  !> Appends other rows. The gaps of the present rows get zeros for the terms that only the other rows have.
+  !> Appends other rows. The gaps of the present rows get zeros for the terms that only the other rows have. Requires: both were
+  !> made and have the same n_dim.
   pure subroutine append(self, more)
     class(contact_rows_t), intent(inout) :: self
-    !> its gaps have at least as many terms as the present ones
+    !> its gaps have at least as many terms as those of the present rows, and the same terms first
     type(contact_rows_t), intent(in) :: more
     real(rk) :: gap(self%n_rows + more%n_rows, size(more%gap, 2))
 

@@ -15,7 +15,8 @@ module sig_elasticity
 
 contains
 
-  !> Returns the number of strain components that do work in a model; 0 for an unknown model.
+  !> Returns the number of strain components that do work in a model: 3 in the plane, 4 in axisymmetry, 6 in space; 0 for an unknown
+  !> model.
   pure integer function n_strains(model)
     !> name of a mechanical model
     character(*), intent(in) :: model
@@ -44,7 +45,8 @@ contains
     hooke = all_stresses(row%strains(:row%n_strains), row%strains(:row%n_strains))
   end function hooke_matrix
 
-  !> Returns Hooke's matrix for all six stresses and elastic strains; shear strains are angles.
+  !> Returns Hooke's matrix for all stresses and elastic strains xx, yy, zz, xy, yz, xz (in axisymmetry rr, zz, hoop, rz first);
+  !> shear strains are angles. Does not check the constants.
   !>
   !> sigma = lambda (tr eps) I + 2 mu eps. In plane stress, row and column zz are zero: eps_zz follows from sigma_zz = 0, so a given
   !> eps_zz has no effect.
@@ -89,7 +91,7 @@ contains
     character(*), intent(in) :: model
     !> 1 = bulk, 2 = shear
     integer, intent(in) :: i_term
-    !> [-]
+    !> [-] symmetric, stresses and strains as in stress_matrix
     real(rk) :: hooke(n_stresses, n_stresses)
     integer :: i, d
 
@@ -108,8 +110,8 @@ contains
     end do
   end function hooke_term
 
-  !> Returns the text of the expression by which the modulus of a hooke_term follows from E and nu. Bulk: E / (3 (1 - 2 nu)), in
-  !> plane stress E / (2 (1 - nu)). Shear: E / (2 (1 + nu)).
+  !> Returns the text of an expression: how the modulus of a hooke_term follows from E and nu. Bulk: E / (3 (1 - 2 nu)),
+  !> in plane stress E / (2 (1 - nu)). Shear: E / (2 (1 + nu)).
   pure function modulus_text(model, i_term, young_modulus, poisson_ratio) result(text)
     !> name of a mechanical model
     character(*), intent(in) :: model

@@ -82,7 +82,8 @@ contains
     is_plane = model%n_dim == 2 .and. .not. model%is_round
   end function is_plane
 
-  !> Returns a sentence for messages such as `a plane_strain model has the components x and y`.
+  !> Returns a sentence without a full stop for messages: `a plane_strain model has the components x and y`, `an axisymmetric model
+  !> has the components r and z`.
   pure function components_text(model) result(text)
     type(mechanical_model_t), intent(in) :: model
     character(:), allocatable :: text

@@ -27,7 +27,7 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> number of nodes of the mesh
     integer, intent(in) :: n_nodes
-    !> [length**2, length in the plane] zero at nodes without rows; a share, and so an area, may be negative; shape (n_nodes)
+    !> [length**2, length in the plane] 0 at nodes without rows; may be negative, as a share may be; shape (n_nodes)
     real(rk) :: areas(n_nodes)
     integer :: k
 
@@ -42,8 +42,8 @@ contains
 
   !> Returns the contact pressure at each node. The pressure of a row is its multiplier over its area, or 0 if the area is not
   !> positive. An owner has the pressure for which the sum of share times pressure over the first side of its row is the pressure of
-  !> the row; in this sum a further node has the pressure of its own row, or of this row if it owns none. Any other node of a second
-  !> side has the mean pressure of its rows, weighted by area times size of its share. All other nodes have 0.
+  !> the row; in this sum a further node has the pressure of its own row, or of this row if it owns none. A node that owns no row
+  !> but is on the second side of rows has their mean pressure, weighted by area times size of its share. All other nodes have 0.
   pure function nodal_pressures(rows, multipliers, n_nodes) result(pressures)
     type(contact_rows_t), intent(in) :: rows
     !> [force] shape (n_rows)
@@ -73,7 +73,7 @@ contains
 
   !> Returns the gap at each node. An owner has the gap for which the sum of share times gap over the first side of its row is the
   !> opening of the row; in this sum a further node has the opening of its own row, projected on this row's normal, or that of this
-  !> row if it owns none. Any other node has the smallest opening of the rows that contain it.
+  !> row if it owns none. A node that owns no row has the smallest opening of the rows that contain it.
   pure function nodal_gaps(rows, opening, n_nodes) result(gaps)
     type(contact_rows_t), intent(in) :: rows
     !> [length] gap of each row after the displacement, shape (n_rows)
@@ -108,7 +108,7 @@ contains
     if (size(multipliers) > 0) least_force = rounding * max(0.0_rk, maxval(multipliers))
   end function least_force
 
-  !> Whether each row carries a force above least_force.
+  !> Returns for each row whether its force is above least_force.
   pure function closed_rows(multipliers) result(is_closed)
     !> [force] of all rows
     real(rk), intent(in) :: multipliers(:)
@@ -174,7 +174,8 @@ contains
     type(contact_rows_t), intent(in) :: rows
     !> shape (n_rows)
     real(rk), intent(in) :: of_rows(:)
-    !> whether values are lengths along the normals of the rows, as gaps are: those of other rows are then projected on this normal
+    !> whether values are lengths along the normals of the rows, as gaps are: in a sum, the value of another row is then projected
+    !> on the normal of the row of the sum
     logical, intent(in) :: is_along_normal
     !> shape (n_nodes)
     logical, intent(out) :: is_owner(:)

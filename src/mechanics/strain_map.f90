@@ -33,7 +33,7 @@ module sig_strain_map
 
 contains
 
-  !> Returns the number of rows; 0 if the map was not made.
+  !> Returns the number of rows (cells or nodes); 0 if the map was not made.
   pure integer function n_rows(self)
     class(strain_map_t), intent(in) :: self
 
@@ -41,14 +41,14 @@ contains
     if (allocated(self%materials)) n_rows = size(self%materials)
   end function n_rows
 
-  !> Computes the total strains (elastic plus imposed) of each row from a displacement. Components that the model does not have are
-  !> zero; in plane stress this holds for eps_zz, too.
+  !> Computes the total strains (elastic plus imposed) of each row (a cell or a node) from a displacement. Components that the model
+  !> does not have are zero; in plane stress this holds for eps_zz, too.
   pure subroutine fill_strains(self, model, displacement, strains)
     class(strain_map_t), intent(in) :: self
     type(mechanical_model_t), intent(in) :: model
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] of all nodes, natural, shape (n_dim, n_nodes)
     real(rk), intent(in) :: displacement(:, :)
-    !> [-] shears as angles, shape (n_stresses, n_rows)
+    !> [-] xx, yy, zz, xy, yz, xz, shears as angles, shape (n_stresses, n_rows)
     real(rk), intent(out) :: strains(:, :)
     real(rk) :: slopes(3, 3)
     integer :: i, k, row
@@ -71,7 +71,7 @@ contains
   !> Computes the imposed strains of each row from the values of their terms. Rows without imposed strains get zeros.
   pure subroutine fill_imposed(self, theta, strains)
     class(strain_map_t), intent(in) :: self
-    !> [-] values of the terms that imposed_terms names
+    !> [-] values of the terms; imposed_terms has their indices, 1-based
     real(rk), intent(in) :: theta(:)
     !> [-] shears as angles, shape (n_stresses, n_rows)
     real(rk), intent(out) :: strains(:, :)
