@@ -28,13 +28,13 @@ module sig_accuracy_warnings
 
 contains
 
-  !> Returns warnings of materials that make the equations (3) inaccurate: a Poisson's ratio above 0.49 with linear elements (not in
-  !> plane stress), and Young's moduli whose largest is more than 1e8 times the smallest. Values that depend on the parameters are
-  !> not looked at.
+  !> Returns warnings of materials that make the equations (3) inaccurate: one for each material with a Poisson's ratio above 0.49
+  !> and at least one linear element (not in plane stress), and one if the largest Young's modulus of all materials is more than 1e8
+  !> times the smallest. Values that depend on the parameters are not looked at. Empty without warnings.
   pure function material_warnings(deck, mesh, material_of_cell) result(warnings)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
-    !> index in deck%materials, shape (n_cells)
+    !> index in deck%materials of each cell of the whole mesh, shape (n_cells)
     integer, intent(in) :: material_of_cell(:)
     type(string_t), allocatable :: warnings(:)
     real(rk) :: smallest, largest
@@ -76,9 +76,9 @@ contains
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
 
-  !> Returns a warning if bodies that only contact holds rotate by more than 0.1 rad; empty otherwise.
+  !> Returns a warning if the rotation of a body that only contact holds is above 0.1 rad; empty otherwise.
   pure function rotation_warning(rotation) result(warning)
-    !> [rad] largest rotation of such a body in any solution
+    !> [rad] result of largest_rotation: the largest rotation of such a body in any solution, 0 without such bodies
     real(rk), intent(in) :: rotation
     character(:), allocatable :: warning
 
@@ -89,14 +89,14 @@ contains
       'contact forces are wrong there: see whether a load turns the body (as a lever on a pin), and hold it'
   end function rotation_warning
 
-  !> Returns warnings of errors of a model: of each of e_u, e_lambda_rid and e_lambda_all whose median or 95 % quantile is above its
-  !> limit, or that has no value at any point. Empty without warnings.
+  !> Returns warnings of errors of a model, at most one for each of e_u, e_lambda_rid and e_lambda_all: that it has no value at any
+  !> point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. Empty without warnings.
   pure function error_warnings(kind, names, errors) result(warnings)
-    !> kind of the model, for the advice
+    !> kind of the model, for accuracy_advice
     character(*), intent(in) :: kind
-    !> columns of validation.csv; a judged one that is missing gives no warning
+    !> names of the errors, as in validation.csv; if one of the three is missing, there is no warning of it
     character(*), intent(in) :: names(:)
-    !> [-] NaN where an error was not measured; shape (size(names), n_points)
+    !> [-] NaN (not measured) values do not count, infinite ones do; shape (size(names), n_points)
     real(rk), intent(in) :: errors(:, :)
     type(string_t), allocatable :: warnings(:)
     type(statistics_t) :: statistics
@@ -121,7 +121,7 @@ contains
     end do
   end function error_warnings
 
-  !> Whether the errors of this name are there and have a value other than NaN at some point.
+  !> Whether `name` is among `names` and its errors have a value other than NaN at some point.
   pure logical function is_measured(names, errors, name)
     character(*), intent(in) :: names(:)
     !> shape (size(names), n_points)
@@ -137,11 +137,14 @@ contains
     is_measured = statistics%n_values > 0
   end function is_measured
 
-  !> Returns the warning of an error that is above its limit, with the advice for this kind of model.
+  !> Returns the warning of an error that is above its limit, with accuracy_advice for this kind of model. It is not compared here.
   pure function large_error(kind, name, statistic, value, limit) result(text)
     character(*), intent(in) :: kind
+    !> of the error, such as e_u
     character(*), intent(in) :: name
+    !> in words: median or 95 % quantile
     character(*), intent(in) :: statistic
+    !> [-] of the statistic
     real(rk), intent(in) :: value
     real(rk), intent(in) :: limit
     character(:), allocatable :: text
@@ -150,9 +153,10 @@ contains
       to_text(limit) // '); ' // accuracy_advice(kind)
   end function large_error
 
-  !> Returns what makes models of this kind more accurate, as a part of a sentence.
+  !> Returns the last part of a sentence: what makes a model of the kind hhr or interpolated more accurate; for the other kinds,
+  !> where to look for the cause of large errors, and when more training points help.
   pure function accuracy_advice(kind) result(text)
-    !> name of a kind of reduced models
+    !> name of a kind of reduced models: condensed, hhr, interpolated or tied
     character(*), intent(in) :: kind
     character(:), allocatable :: text
 
@@ -162,8 +166,9 @@ contains
     case ('interpolated')
       text = 'take a smaller reduction.stiffness_tolerance, or more training points'
     case default
-      text = 'such a model has only rounding errors where the full-order solutions are accurate: look at ''warnings'' and ' // &
-        '''residuals'' in report.yaml'
+      text = 'the contact forces of such a model have only rounding errors where it has an answer and the full-order ' // &
+        'solutions are accurate: look at ''warnings'' and ''residuals'' in report.yaml; more training points help a tied ' // &
+        'model that lacks answers, and displacements that are answered by modes'
     end select
   end function accuracy_advice
 end module sig_accuracy_warnings

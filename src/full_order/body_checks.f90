@@ -16,13 +16,14 @@ module sig_body_checks
 
 contains
 
-  !> Checks that prescribed displacements and contacts together can hold each body. A body that only contact holds gives a note.
-  !> Errors: the first body that nothing can hold, with its free motion.
+  !> Checks that prescribed displacements and contacts together can hold each body. A body with a rigid motion that only contact
+  !> prevents gives a note. Errors: there is a rigid motion of one or more bodies that no prescribed displacement prevents and that
+  !> changes the gap of no contact row; the message names the first of these bodies and its motion.
   subroutine check_bodies(deck, mesh, motions, notes, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
-    !> sentences such as `only contact holds the body 'upper' (translation in y)`
+    !> one per such body, empty after an error; sentences such as `only contact holds the body 'upper' (translation in y)`
     type(string_t), allocatable, intent(out) :: notes(:)
     type(error_t), allocatable, intent(out) :: error
     type(mechanical_model_t) :: model
@@ -53,7 +54,7 @@ contains
     end do
   end subroutine check_bodies
 
-  !> Returns the names of a body's regions, each in quotes.
+  !> Returns the names of a body's regions, `'upper', 'ring'`.
   pure function body_name(mesh, motions, i_body) result(text)
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
@@ -64,11 +65,12 @@ contains
     text = '''' // join(regions_of_body(mesh, motions%body_of_node, i_body), ''', ''') // ''''
   end function body_name
 
-  !> Returns the first place in the deck's materials that names a region of the body.
+  !> Returns where the deck's materials first name a region of the body: the name with its line and column.
   pure function place_of_body(deck, mesh, motions, i_body) result(place)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     type(rigid_motions_t), intent(in) :: motions
+    !> 1-based
     integer, intent(in) :: i_body
     type(name_config_t) :: place
     type(string_t), allocatable :: regions(:)

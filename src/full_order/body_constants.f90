@@ -68,11 +68,12 @@ module sig_body_constants
 
 contains
 
-  !> Finds the elastic constants of all bodies, shape (n_bodies), from their values in the middle, at the corners and at sample
-  !> points of the box of the parameters. Errors: at one of these points a constant is not finite or out of its range. Requires:
-  !> the stiffness depends on the parameters.
+  !> Finds the elastic constants of all bodies from their values at points_of_box: which of them vary, their ranges, and whether the
+  !> variables are logarithms. Errors: at one of these points a constant is not finite or out of its range. Requires: the stiffness
+  !> depends on the parameters. Local.
   subroutine find_body_constants(problem, constants, error)
     type(problem_t), intent(in) :: problem
+    !> shape (n_bodies); not allocated after an error
     type(body_constants_t), allocatable, intent(out) :: constants(:)
     type(error_t), allocatable, intent(out) :: error
     real(rk), allocatable :: points(:, :), theta(:, :)
@@ -89,8 +90,8 @@ contains
     end do
   end subroutine find_body_constants
 
-  !> Checks the elastic constants in the middle, at the corners (with up to 12 parameters) and at 2000 sample points of the box.
-  !> Does nothing if the stiffness does not depend on the parameters. Errors: as find_body_constants.
+  !> Checks the elastic constants of all materials at points_of_box: in the middle, at the corners (with up to 12 parameters) and at
+  !> 2000 sample points of the box. Does nothing if the stiffness does not depend on the parameters. Errors: as find_body_constants.
   subroutine check_box(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -110,8 +111,8 @@ contains
     degree = merge(3, 2, size(self%numerators) == 1) + i_round
   end function degree
 
-  !> Returns the middle of the box first, then its corners (with up to 12 parameters) and n_samples points inside, shape
-  !> (n_parameters, n_points).
+  !> Returns points of the box of the parameters, shape (n_parameters, n_points): first its middle, then its corners (none with more
+  !> than 12 parameters) and n_samples points inside, the same in each call.
   function points_of_box(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable :: points(:, :)
@@ -156,10 +157,12 @@ contains
     call choose_variables(constants)
   end subroutine find_constants
 
-  !> Chooses whether the variables are the constants or their logarithms, and sets their ranges, with a margin of 1 % at both ends.
-  !> A single constant is taken as it is if its rate_of is at least `slowest`, so that its interpolation has an error bound.
-  !> Otherwise logarithms are taken.
+  !> Chooses whether the variables are the constants themselves or the logarithms of to_variable, and replaces the ranges of the
+  !> constants by those of the variables, widened by 1 % of their width at both ends. A single constant is taken as it is if its
+  !> rate_of is at least `slowest`, because its interpolation then has an error bound. If it is less, or with several constants,
+  !> logarithms are taken.
   pure subroutine choose_variables(constants)
+    !> in: lower and upper are the ranges of the constants that vary; there may be none
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of(size(constants%numerators))
 
@@ -175,9 +178,10 @@ contains
   end subroutine choose_variables
 
   !> Returns the factor [-] by which each further node makes the error of polynomials in a constant smaller: the sum of the half
-  !> axes of the ellipse through the nearest singular stiffness, with foci at the ends of the range, over half of the range
-  !> (Bernstein).
+  !> axes of an ellipse, over half of the range of the constant (Bernstein). The ellipse has its foci at the ends of the range and
+  !> passes through a constant that makes the stiffness singular: a ratio of moduli of 0, or a Poisson's ratio of 1/2.
   pure real(rk) function rate_of(lower, upper, is_ratio_of_moduli) result(rate)
+    !> [-] range of the constant
     real(rk), intent(in) :: lower
     real(rk), intent(in) :: upper
     !> the constant is a ratio of two moduli, otherwise a Poisson's ratio
@@ -192,13 +196,13 @@ contains
     rate = distance + sqrt(max(0.0_rk, distance**2 - 1))
   end function rate_of
 
-  !> Adds an elastic constant to those that vary, unless its values are the same at all points, up to rounding.
+  !> Adds an elastic constant and its range to those that vary, unless its values are the same at all points, up to rounding.
   subroutine add_variable(problem, numerator, denominator, values, constants)
     type(problem_t), intent(in) :: problem
-    !> terms of create_material_terms; no denominator: 0
+    !> the constant is numerator / denominator, terms of create_material_terms; denominator 0: the numerator alone
     integer, intent(in) :: numerator
     integer, intent(in) :: denominator
-    !> of the constant at points_of_box
+    !> of the constant at points_of_box, shape (n_points)
     real(rk), intent(in) :: values(:)
     type(body_constants_t), intent(inout) :: constants
     real(rk) :: spread_of
@@ -211,18 +215,20 @@ contains
     constants%upper = [constants%upper, maxval(values)]
   end subroutine add_variable
 
-  !> Returns the problem's term that equals a term of create_material_terms; 0 for 0.
+  !> Returns the index of the problem's term that equals a term of create_material_terms; 0 for 0.
   pure integer function term_of(problem, material_term)
     type(problem_t), intent(in) :: problem
+    !> 2 or more, because term 1 is no elastic constant; or 0
     integer, intent(in) :: material_term
 
     term_of = 0
     if (material_term > 0) term_of = problem%constant_terms(material_term - 1)
   end function term_of
 
-  !> Returns the numbers of the materials of a body, ascending.
+  !> Returns the numbers in the deck (1-based) of the materials of a body's cells, ascending.
   function materials_of_body(problem, i_body) result(materials)
     type(problem_t), intent(in) :: problem
+    !> 1-based
     integer, intent(in) :: i_body
     integer, allocatable :: materials(:)
     logical :: is_there(size(problem%deck%materials))
@@ -243,7 +249,8 @@ contains
     body_of_cell = problem%motions%body_of_node(problem%mesh%cell_nodes(problem%mesh%cell_offsets(i_cell) + 1))
   end function body_of_cell
 
-  !> Makes self%body, where each body has its own materials, with the constants in the middle of the box. Requires: a new object.
+  !> Fills all components of self with the constants in the middle of the box. In self%body each body has its own materials.
+  !> Requires: a new object. Local.
   subroutine create(self, problem, constants)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -269,13 +276,14 @@ contains
     call self%body%set_moduli(self%moduli, self%ratios)
   end subroutine create
 
-  !> Sets in self the elastic constants of one body from the values of its variables. Its first modulus does not change.
+  !> Sets in self (moduli, ratios and body) the elastic constants of one body from the values of its variables. Its first modulus
+  !> and the constants that do not vary stay, and so do those of all other bodies.
   subroutine set(self, problem, i_body, values)
     class(joined_body_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
     !> number of the body, 1-based
     integer, intent(in) :: i_body
-    !> values of the variables of this body, as to_variable gives them, shape (n_variables)
+    !> values of the variables of this body: to_constant turns them into constants; shape (n_variables)
     real(rk), intent(in) :: values(:)
     real(rk) :: value(size(values))
     integer :: i, i_material, i_term

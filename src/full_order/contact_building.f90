@@ -19,10 +19,12 @@ module sig_contact_building
 
 contains
 
-  !> Makes the contact rows of all contact entries of the deck, and adds the terms of their gaps behind all others.
+  !> Makes the contact rows of all contact entries of the deck, those of pairs and obstacles first, then the mortar rows. Adds the
+  !> terms of their gaps behind those that `terms` has.
   !>
   !> Errors: those of find_node_pairs, set_initial_gaps and add_mortar_rows, such as surfaces that do not face each other, nodes in
-  !> two contacts, nodes that cannot carry a contact force, a gap of the deck that is not finite. Then the rows are not complete.
+  !> two contacts, nodes that cannot carry a contact force, a gap of the deck that is not finite. Then rows, terms and notes may be
+  !> incomplete.
   subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -32,7 +34,7 @@ contains
     type(contact_rows_t), intent(out) :: rows
     !> a sentence for each entry with mortar rows: why it has no pairs, and what was found
     type(string_t), allocatable, intent(out) :: notes(:)
-    !> the multipliers of the entry sit on its second surface; shape (size(deck%contact))
+    !> the multipliers of the entry sit on its second surface, which only mortar rows can do; shape (size(deck%contact))
     logical, intent(out) :: is_swapped(:)
     type(error_t), allocatable, intent(out) :: error
     type(node_pairs_t) :: pairs
@@ -49,10 +51,10 @@ contains
     call add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
   end subroutine build_contact_rows
 
-  !> Adds the mortar rows of all entries that cannot have pairs. If two first sides share a node, a contact may have to swap its
-  !> sides. Then all entries are built anew, at most once for each entry.
+  !> Adds the mortar rows of all entries without pairs, in the deck's order. If an entry is refused and another entry may make it
+  !> possible by swapping its sides, that other entry must swap them, and all mortar rows are built anew. No entry is told so twice.
   !>
-  !> Errors: those of add_mortar_rows, in the deck's order.
+  !> Errors: those of add_mortar_rows; if entries swapped in vain, the error from before the first such swap.
   subroutine add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -60,6 +62,7 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     !> why the entry needs mortar, empty where it has pairs; shape (size(deck%contact))
     type(string_t), intent(in) :: why_mortar(:)
+    !> rows of all pairs, which `rows` has first
     type(contact_rows_t), intent(in) :: pair_rows
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(out) :: rows

@@ -13,15 +13,16 @@ module sig_contact_summary
 
 contains
 
-  !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces, the
-  !> number of its rows (`nodes` with an obstacle, else `pairs`), and the smallest and the largest gap of all rows at all points.
-  !> Gaps are left out without rows or points.
+  !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces; the
+  !> number of all its rows (`nodes` with an obstacle, else `pairs`, also for mortar rows) and how many of them are inert, if any;
+  !> the smallest and the largest gap of all its rows at all points. Gaps are left out if there are no rows or no points.
   function contact_lines(deck, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
     !> rows with a multiplier
     type(contact_rows_t), intent(in) :: rows
     !> rows without a multiplier
     type(contact_rows_t), intent(in) :: inert
+    !> of the problem; the gaps of both kinds of rows belong to them
     type(term_set_t), intent(in) :: terms
     !> shape (n_parameters, n_points); check_points accepted them
     real(rk), intent(in) :: points(:, :)
@@ -42,7 +43,8 @@ contains
     end do
   end function contact_lines
 
-  !> Returns the names of both sides of a contact entry, `lower_arc - upper_arc` or `lower_arc - rigid sphere`.
+  !> Returns the names of both sides of a contact entry in the deck's order, `lower_arc - upper_arc`, or with an obstacle
+  !> `lower_arc - rigid sphere` or `lower_arc - rigid plane`.
   pure function contact_name(deck, i_entry) result(text)
     type(deck_config_t), intent(in) :: deck
     !> 1-based
@@ -68,7 +70,7 @@ contains
     if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
   end function count_text
 
-  !> Returns `, gaps <smallest> to <largest> <unit>`; empty without rows or points.
+  !> Returns `, gaps <smallest> to <largest> <unit>` over all rows and points; empty without rows or points.
   pure function gaps_text(gaps, theta, unit) result(text)
     !> [length] D of each row by term, shape (n_terms, n_rows)
     real(rk), intent(in) :: gaps(:, :)

@@ -49,8 +49,8 @@ module sig_full_order
 
 contains
 
-  !> Reads the mesh and builds the problem of a deck. Does nothing if this succeeded before. Must not be called again after an
-  !> error. Errors: those of load_problem, the same on all ranks. Collective on all ranks.
+  !> Reads the mesh and builds the problem of a deck. Does nothing if a problem is loaded, whatever the deck. Must not be called
+  !> again after an error. Errors: those of load_problem, the same on all ranks. Collective on all ranks.
   subroutine load(self, deck, error, ierr)
     class(full_order_t), intent(inout) :: self
     type(deck_config_t), intent(in) :: deck
@@ -128,7 +128,7 @@ contains
     self%is_ready = .true.
   end subroutine make_ready
 
-  !> Frees the team. Collective on all ranks.
+  !> Frees the solver, if there is one, and the communicator of the team. Collective on all ranks.
   subroutine destroy_team(self, ierr)
     class(team_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
@@ -140,8 +140,8 @@ contains
     PetscCall(self%groups%destroy(ierr))
   end subroutine destroy_team
 
-  !> Frees all teams and their solvers; pointers to teams are invalid afterwards. The problem must be loaded again before it is
-  !> used. Collective on all ranks.
+  !> Frees all teams and their solvers; pointers to teams are invalid afterwards. `problem` stays in memory, but load must be called
+  !> again before a team is asked for. Does nothing before load. Collective on all ranks.
   subroutine destroy(self, ierr)
     class(full_order_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

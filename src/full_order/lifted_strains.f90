@@ -18,14 +18,14 @@ module sig_lifted_strains
 
 contains
 
-  !> Gives the boundary conditions one field of lifted forces per term of the imposed strains that causes forces, and lists the
-  !> terms that are lifted. Local.
+  !> Gives the boundary conditions one field of lifted forces for each term theta_s of the imposed strains that causes forces, and
+  !> lists all terms that are lifted. Local.
   subroutine lift_strains(mesh, body, strains, n_first, terms, boundary, lifted_terms)
     type(mesh_t), intent(in) :: mesh
     !> with its elastic constants in the middle of the box
     type(elastic_body_t), intent(in) :: body
     type(imposed_strains_t), intent(in) :: strains
-    !> number of the problem's first terms that are not searched for theta_s
+    !> number of the problem's first terms that are not searched for theta_s; only theta_1 = 1 is the problem's term 1
     integer, intent(in) :: n_first
     !> terms of the problem; gets theta_s if it is not there, as where all forces of the strains have a modulus as a factor
     type(term_set_t), intent(inout) :: terms
@@ -55,13 +55,15 @@ contains
     end do
   end subroutine lift_strains
 
-  !> Returns the index of the problem's term that equals term s of the strains. The term is added where there is none.
+  !> Returns the index of the problem's term with the same expression as term s of the strains; 1 for s = 1. If there is none behind
+  !> the first n_first terms, it is added.
   integer function term_of(strains, s, i_part, n_first, terms) result(i_term)
     type(imposed_strains_t), intent(in) :: strains
     !> term of the strains, 1-based
     integer, intent(in) :: s
-    !> a part with this term
+    !> index in strains%parts of a part with this term, for the place in the deck
     integer, intent(in) :: i_part
+    !> as in lift_strains
     integer, intent(in) :: n_first
     type(term_set_t), intent(inout) :: terms
 

@@ -29,7 +29,7 @@ contains
     call add_material_terms(deck, terms, numbers)
   end subroutine create_material_terms
 
-  !> Adds Young's modulus and Poisson's ratio of each material of the deck to a term set.
+  !> Adds Young's modulus and Poisson's ratio of each material of the deck to a term set, each as a new term at its end.
   pure subroutine add_material_terms(deck, terms, numbers)
     type(deck_config_t), intent(in) :: deck
     type(term_set_t), intent(inout) :: terms
@@ -46,7 +46,8 @@ contains
     end do
   end subroutine add_material_terms
 
-  !> Gives the bodies the elastic constants of a point. Requires: check_materials accepted the point. Local.
+  !> Gives the bodies the elastic constants of a point, which are not checked here. Requires: they are finite and in their ranges
+  !> (check_materials). Local.
   subroutine set_materials(terms, point, body)
     !> of create_material_terms
     type(term_set_t), intent(in) :: terms
@@ -89,9 +90,10 @@ contains
     end if
   end function varying_constants
 
-  !> Returns how many points share a stiffness: the number of points over the number of different stiffnesses, rounded down. It is
-  !> the largest value of the deck's sets of points: output, training (at most greedy.max_points), candidates of the clusters, and
-  !> test. Sets that cannot be read do not count.
+  !> Returns how many points share a stiffness: for each set of points of the deck, the number of points over the number of
+  !> different stiffnesses, rounded down; of these values the largest one. The sets are those of output, of training (whose value
+  !> counts with at most greedy.max_points), of the candidates of the clusters, and of test. Sets that cannot be read do not count.
+  !> 0 without points.
   integer function most_points_per_stiffness(deck, terms) result(n)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms
@@ -103,7 +105,7 @@ contains
     if (deck%has_test) n = max(n, n_points_of(deck, terms, deck%test))
   end function most_points_per_stiffness
 
-  !> Returns the number of points per stiffness of one set; 0 if the points cannot be read.
+  !> Returns the number of points per stiffness of one set, rounded down; 0 if the points cannot be read.
   integer function n_points_of(deck, terms, point_set) result(n)
     type(deck_config_t), intent(in) :: deck
     type(term_set_t), intent(in) :: terms
@@ -125,7 +127,8 @@ contains
   end function per_stiffness
 
   !> Checks the elastic constants of all materials at points. Errors: the first Young's modulus that is not finite or not above 0,
-  !> or Poisson's ratio that is not finite or not between -1 and 0.5. The message names its line of the deck and the point.
+  !> or Poisson's ratio that is not finite or not between -1 and 0.5 (both excluded), in the order of points, then of materials. The
+  !> message names its line of the deck and the point.
   subroutine check_materials(deck, terms, points, error)
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms

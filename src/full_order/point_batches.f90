@@ -18,7 +18,8 @@ contains
 
   !> Finds the points of one group and their batches; the points of a batch share one stiffness. If all points share one stiffness,
   !> the groups get them in turn, because neighbors take about the same time. Otherwise the points are sorted by their constants and
-  !> cut into nearly equal shares. If there are at least as many stiffnesses as groups, each cut is between two stiffnesses.
+  !> cut into one share per group. If there are fewer stiffnesses than groups, the shares are nearly equal. If not, each cut is
+  !> between two stiffnesses, where it is nearest to equal shares (border). A group may get no points.
   pure subroutine deal_points(constants, i_group, n_groups, n_at_once, batches)
     !> what the stiffness depends on at each point, as varying_constants gives it, shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
@@ -56,8 +57,9 @@ contains
     count_distinct = count(is_first)
   end function count_distinct
 
-  !> Returns the number of sorted points that groups 1 to i_group have together. It is the place between two stiffnesses that is
-  !> nearest to an equal share, or the equal share itself if there are fewer stiffnesses than groups.
+  !> Returns the number of sorted points that groups 1 to i_group have together: 0 for i_group = 0, all points for the last group.
+  !> For others it is the number nearest to equal shares (of two, the smaller one) behind which a new stiffness begins, 0 included.
+  !> If there are fewer stiffnesses than groups, it is the equal share itself, rounded down.
   pure integer function border(is_first, i_group, n_groups)
     !> whether a point has another stiffness than the one before; the first point has
     logical, intent(in) :: is_first(:)
@@ -103,7 +105,7 @@ contains
     ends = pack([(i, i=1, size(is_end))], is_end)
   end subroutine cut_batches
 
-  !> Sorts the points by their constants. Points with equal constants keep their order.
+  !> Sorts the points by their constants, ascending in the sense of `precedes`. Points with equal constants keep their order.
   pure subroutine sort_by_constants(constants, order, is_first)
     !> shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)

@@ -14,9 +14,9 @@ module sig_point_checks
 
 contains
 
-  !> Checks points before they are solved. Errors: the first point where an elastic constant is out of its range; where a term
-  !> (prescribed value, load, gap, imposed strain) is not finite; where a pair penetrates whose two sides are prescribed, or a
-  !> prescribed node its obstacle.
+  !> Checks points before they are solved. The checks follow one another, each at all points. Errors: the first point where an
+  !> elastic constant that depends on the parameters is not finite or out of its range; else where a term (prescribed value, load,
+  !> gap, imposed strain) is not finite; else where an inert pair penetrates, or a prescribed node its obstacle. Local.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -39,22 +39,25 @@ contains
     end do
   end subroutine check_points
 
-  !> Makes the error that names the expression without a finite value, and the point.
+  !> Makes the error that names the expression without a finite value, and the point. For a surface load it names the load, even if
+  !> a bound of its window is not finite.
   subroutine refuse_point(problem, point, i_source, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
     real(rk), intent(in) :: point(:)
-    !> index of the expression among the sources of the terms
+    !> index in problem%terms%sources, 1-based
     integer, intent(in) :: i_source
     type(error_t), allocatable, intent(out) :: error
 
     associate (source => problem%terms%sources(i_source))
       call make_error(error, 'the expression ''' // source%text // ''' is not finite at ' // &
-        format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column)
+        format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column, &
+        'change it or the range of the parameters; for a load with a window, the bounds of the window must be finite, too')
     end associate
   end subroutine refuse_point
 
-  !> Checks the gaps of the inert pairs, which follow from prescribed values alone. Errors: the first pair that penetrates.
+  !> Checks the gaps of the inert pairs at one point, which follow from prescribed values alone. Errors: the first pair that
+  !> penetrates by more than rounding.
   subroutine check_inert_pairs(problem, point, theta, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
@@ -73,21 +76,24 @@ contains
     do k = 1, problem%inert%n_rows
       if (opening(k) >= -rounding * max(abs(gap(k)), maxval(abs(displacement)))) cycle
       associate (contact => problem%deck%contact(problem%inert%contact_entry(k)))
-        call make_error(error, 'the prescribed displacements press ' // pressed_text(problem, k, &
+        call make_error(error, 'the prescribed displacements and the gap press ' // pressed_text(problem, k, &
           to_text(-opening(k)) // ' ' // problem%deck%units%length) // ' at ' // &
-          format_point(problem%deck%parameters, point) // '; both are prescribed, so no contact force can part them', &
-          problem%deck%path, contact%first%line, contact%first%column, &
-          'the gap of this pair is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // ': narrow the parameter range')
+          format_point(problem%deck%parameters, point) // '; the displacements there are prescribed, so no contact force ' // &
+          'can change this', problem%deck%path, contact%first%line, contact%first%column, &
+          'the gap there is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // &
+          ': change it or the prescribed displacements, or narrow the parameter range')
       end associate
       return
     end do
   end subroutine check_inert_pairs
 
-  !> Returns `nodes 3 and 8 of the contact surfaces 0.1 m into each other` or `node 3 0.1 m into the obstacle`.
+  !> Returns `nodes 3 and 8 of the contact surfaces 0.1 m into each other` or `node 3 0.1 m into the obstacle`, with the numbers in
+  !> the mesh file of all nodes of the row.
   pure function pressed_text(problem, k, depth) result(text)
     type(problem_t), intent(in) :: problem
-    !> inert row
+    !> number of the inert row, 1-based
     integer, intent(in) :: k
+    !> with its unit, such as 0.1 m
     character(*), intent(in) :: depth
     character(:), allocatable :: text
 

@@ -50,8 +50,9 @@ module sig_point_solver
 
 contains
 
-  !> Makes system and solver. If the stiffness depends on the parameters, the solver is made at the first point instead. A solver
-  !> that cannot factor the stiffness keeps the reason, and its solutions report it. Collective on comm.
+  !> Makes the system, and the solver for it. If the stiffness depends on the parameters, the solver is only chosen here, and made
+  !> at the first point. A solver that cannot factor the stiffness keeps the reason, and its solutions report it. Collective on
+  !> comm.
   subroutine create(self, problem, plan, comm, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -76,8 +77,8 @@ contains
     self%setup_seconds = wall_time() - start
   end subroutine create
 
-  !> Assembles the stiffness of a point and makes the solver for it, if the elastic constants differ from those of the point before.
-  !> Collective.
+  !> Assembles the stiffness of a point and makes the solver for it. Does nothing if the solver is already made for the same elastic
+  !> constants, or if the stiffness does not depend on the parameters. Collective.
   subroutine update_stiffness(self, problem, point, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -155,8 +156,9 @@ contains
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
 
-  !> Solves several points that share a stiffness at once and measures their residuals, but no reactions. Each state gets an equal
-  !> share of the wall time. Requires: check_points accepted the points; they are no more than n_points_at_once. Collective.
+  !> Solves several points that share a stiffness at once and measures their residuals, but no reactions. Each state has its own
+  !> reason, and an equal share of the wall time of assembly and solver. Requires: check_points accepted the points; there are one
+  !> to n_points_at_once of them. Collective.
   subroutine solve_points(self, problem, points, states, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -180,6 +182,7 @@ contains
   end subroutine solve_points
 
   !> Returns how many points solve_points takes at most in one call: more than one if the solver is faster with several points.
+  !> Requires: create.
   pure integer function n_points_at_once(self) result(n_points)
     class(point_solver_t), intent(in) :: self
 
@@ -207,9 +210,9 @@ contains
     condensed => self%condensed
   end subroutine condense
 
-  !> Returns the elastic responses to the problem's lifted terms, without contact, on every rank. Collective.
+  !> Returns on every rank the elastic response to each of the problem's lifted terms with the value 1, without contact. Collective.
   !>
-  !> A stiffness that depends on the parameters is taken in the middle of their box. The solver is then freed, and the next solve
+  !> If the stiffness depends on the parameters, it is assembled in the middle of their box and the solver is freed. The next solve
   !> makes it anew.
   subroutine lifting(self, problem, response, reason, ierr)
     class(point_solver_t), intent(inout) :: self
@@ -236,7 +239,7 @@ contains
     end select
   end subroutine lifting
 
-  !> Frees system, solver and terms. Collective.
+  !> Frees system, solver, terms and the operator of condense. Collective.
   subroutine destroy(self, ierr)
     class(point_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr

@@ -251,8 +251,9 @@ contains
     call problem%strains%evaluate(problem%mesh, problem%body, theta(:, 1), field)
   end subroutine strains_at
 
-  !> Makes prescribed displacements, loads and imposed strains, and all terms but those of gaps. Errors: those of
-  !> create_boundary_conditions, create_loads, create_imposed_strains and add_strain_forces.
+  !> Makes prescribed displacements, loads, imposed strains and their lifted forces, and all terms but those of gaps. Lists the
+  !> terms that are lifted, those of the elastic constants, and those of the stiffness. Errors: those of create_boundary_conditions,
+  !> create_loads, create_imposed_strains and add_strain_forces.
   subroutine create_driving(deck, fields, problem, error)
     type(deck_config_t), intent(in) :: deck
     !> fields of the imposed strains
@@ -281,8 +282,8 @@ contains
     call list_stiffness_terms(.not. has_numbers(deck%materials), problem%stiffness_terms)
   end subroutine create_driving
 
-  !> Makes the contact rows, and adds the terms of their gaps behind all others. After an error there are no rows.
-  !> Errors: those of build_contact_rows.
+  !> Makes the contact rows, divides them into `rows` and `inert`, and adds the terms of their gaps behind all others. Errors: those
+  !> of build_contact_rows; then there are no rows.
   subroutine create_contact(deck, problem, error)
     type(deck_config_t), intent(in) :: deck
     type(problem_t), intent(inout) :: problem

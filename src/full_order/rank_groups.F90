@@ -33,6 +33,7 @@ contains
   !> Returns the number of groups: the wanted number (0 = one group per rank), but no more than ranks or points, and at least 1.
   pure integer function number_of_groups(n_wanted, n_points, n_ranks) result(n_groups)
     integer, intent(in) :: n_wanted
+    !> number of points to be solved
     integer, intent(in) :: n_points
     integer, intent(in) :: n_ranks
 
@@ -40,8 +41,8 @@ contains
     if (n_wanted > 0) n_groups = min(n_wanted, n_groups)
   end function number_of_groups
 
-  !> Divides the ranks into groups of neighboring ranks and makes a communicator for each group; destroy frees it. The arguments are
-  !> those of number_of_groups. Collective on all ranks.
+  !> Divides the ranks into groups of neighboring ranks, of nearly equal size, and makes a communicator for each group; destroy
+  !> frees it. n_wanted and n_points are those of number_of_groups. Collective on all ranks.
   subroutine create_rank_groups(n_wanted, n_points, groups, ierr)
     integer, intent(in) :: n_wanted
     integer, intent(in) :: n_points

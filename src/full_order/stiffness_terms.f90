@@ -24,6 +24,7 @@ contains
   pure subroutine list_stiffness_terms(is_varying, parts)
     !> whether the elastic constants of each material depend on the parameters, shape (n_materials)
     logical, intent(in) :: is_varying(:)
+    !> the terms, two (n_hooke_terms) of each material that varies
     type(stiffness_term_t), allocatable, intent(out) :: parts(:)
     integer :: i, i_hooke, n
 
@@ -41,7 +42,9 @@ contains
 
   !> Makes bodies whose stiffness is K_q: the material of the term has hooke_term, all other materials have no stiffness.
   subroutine body_of_term(part, body, own)
+    !> the term q
     type(stiffness_term_t), intent(in) :: part
+    !> its materials are those of the deck
     type(elastic_body_t), intent(in) :: body
     !> a copy of body with other matrices of elasticity
     type(elastic_body_t), intent(out) :: own
