@@ -99,6 +99,7 @@ contains
     type(division_t), intent(inout) :: division
     !> cluster of each cell of the grid after the split, 1-based
     integer, allocatable, intent(out) :: labels(:)
+    !> snapshots of cluster k and of the new cluster; a snapshot at the corners of cells of both is in both
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
     type(subspace_t), allocatable :: subspaces(:)
@@ -142,6 +143,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     type(cluster_t), intent(in) :: cluster
     MPI_Comm, intent(in) :: comm
+    !> each snapshot of the cluster is in one of them; the second is empty for a single snapshot
     type(cluster_t), intent(out) :: halves(2)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :)

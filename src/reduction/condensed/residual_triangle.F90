@@ -64,7 +64,8 @@ contains
     end do
   end subroutine find_triangle
 
-  !> Subtracts from the columns of a block their projection on the basis, and adds its coordinates to the triangle. Collective.
+  !> Subtracts from the columns of a block their projection on the basis, and adds the coordinates of the projection to the
+  !> triangle. Does nothing while the basis is empty. Collective on comm.
   subroutine remove(comm, basis, block, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     type(basis_t), intent(in) :: basis
@@ -83,8 +84,9 @@ contains
     triangle(:basis%n, :) = triangle(:basis%n, :) + shares
   end subroutine remove
 
-  !> Adds the columns of a block to the basis, one by one, unless they depend on it. Where a projection makes a column much smaller,
-  !> rounding leaves a part in the span of the basis; the projection is then repeated. Collective.
+  !> Adds the columns of a block to the basis, one by one, without their projection on it. A column of which at most 1e-13 is left
+  !> depends on the basis and is not added. Where a projection makes a column much smaller, rounding leaves a part in the span of
+  !> the basis; the projection is then repeated, at most four times. Collective on comm.
   subroutine append_columns(comm, stiffness, block, sizes, basis, triangle, ierr)
     MPI_Comm, intent(in) :: comm
     Mat, intent(in) :: stiffness
