@@ -28,7 +28,7 @@ contains
       if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
         hint='no object of the solver ' // solver_type // ' reads it: check its name, and solver.linear: an ' // &
-        'option of multigrid needs gamg, one of MUMPS cholesky; the run stopped after the first points')
+        'option of conjugate gradients or multigrid needs gamg, one of MUMPS cholesky; the run stopped after the first points')
       return
     end do
   end subroutine refuse_unused_options
