@@ -93,8 +93,9 @@ contains
 
   !> Reads the mesh and the fields of a deck and builds its problem, which is the same on all ranks of comm. Collective on comm.
   !>
-  !> Errors, the same on all ranks: a mesh or field that cannot be used; names that the mesh does not have; values that are not
-  !> finite; surfaces that cannot be in contact; a body that nothing can hold; a solver that cannot solve this problem.
+  !> Errors, the same on all ranks, are for example: a mesh or field that cannot be used; names that the mesh does not have; values
+  !> that are not finite; different displacements prescribed for one node; surfaces that cannot be in contact; a body that nothing
+  !> can hold; a solver that cannot solve this problem. `problem` is then incomplete (see has_driving).
   subroutine load_problem(deck, comm, problem, error, ierr)
     type(deck_config_t), intent(in) :: deck
     MPI_Comm, intent(in) :: comm
