@@ -35,8 +35,8 @@ int sig_factor_lu(int n, double *a, int lda, int *pivots);
 void sig_solve_lu(int n, int n_rhs, const double *factors, int ldf, const int *pivots, double *b, int ldb);
 
 /* 1 / (|A| |A^-1|) in the 1-norm from the factors of A and its norm; |A^-1| is estimated and is hardly ever three times
-   too small (Higham, ACM Trans. Math. Softw. 14 (1988) 381). 0 where the inverse is not finite. Work arrays: work (n),
-   signs (n). */
+   too small (Higham, ACM Trans. Math. Softw. 14 (1988) 381). 1 where n is 0, and 0 where the inverse or the norm is not
+   finite. Work arrays: work (n), signs (n). */
 double sig_reciprocal_condition_lu(int n, const double *factors, int ldf, double norm, double *work, int *signs);
 
 /* A = L L' in place, lower triangle; the upper one is neither read nor written. Returns 0, or the number (from 1) of

@@ -9,14 +9,15 @@ module sig_bits
 
 contains
 
-  !> Returns the number of integers ("words") that keep n_flags flags as bits.
+  !> Returns the number of integers ("words") that keep n_flags flags as bits, 32 flags in each.
   elemental integer function n_words(n_flags)
     integer, intent(in) :: n_flags
 
     n_words = (n_flags + word_size - 1) / word_size
   end function n_words
 
-  !> Writes flags into the bits of integers. Bits without a flag are 0.
+  !> Writes flags into the bits of integers: flag 1 is the lowest bit of words(1), flag 33 that of words(2). Bits without a flag
+  !> are 0.
   pure subroutine pack_bits(flags, words)
     logical, intent(in) :: flags(:)
     !> shape (n_words(size(flags)))
@@ -31,7 +32,7 @@ contains
 
   !> Reads flags from the bits of integers, as many as `flags` has.
   pure subroutine unpack_bits(words, flags)
-    !> from pack_bits
+    !> from pack_bits, shape (>= n_words(size(flags)))
     integer, intent(in) :: words(:)
     logical, intent(out) :: flags(:)
     integer :: i

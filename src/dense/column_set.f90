@@ -30,7 +30,7 @@ module sig_column_set
 
 contains
 
-  !> Allocates room for at most `most` columns of n_rows rows, and makes the set empty.
+  !> Allocates memory for at most `most` columns of n_rows rows. The set is empty afterwards, also if it had columns before.
   subroutine reserve(self, n_rows, most)
     class(column_set_t), intent(inout) :: self
     integer, intent(in) :: n_rows
@@ -41,13 +41,14 @@ contains
     self%n = 0
   end subroutine reserve
 
-  !> Adds a column to the set as the last one. If the column depends on those of the set (the part that they do not span is at most
-  !> 1e-10 long), or if the set is full, the set does not change and is_dependent is true.
+  !> Adds a column of A to the set as the last one. The set does not change, and is_dependent is true, in two cases: the set is
+  !> full, or the column depends on those of the set. It depends on them if at most a length of 1e-10 is left of it after its
+  !> projection on them was subtracted; a zero column depends on any set.
   !>
   !> The method is Gram-Schmidt, twice, so that Q stays orthonormal up to rounding.
   subroutine add(self, matrix, i_column, is_dependent)
     class(column_set_t), intent(inout) :: self
-    !> A, whose columns have length 1; shape (n_rows, n_columns)
+    !> A, whose columns have length 1 or are zero; the same A for all columns of the set; shape (n_rows, n_columns)
     real(rk), intent(in) :: matrix(:, :)
     !> number of the column in A, 1-based
     integer, intent(in) :: i_column
@@ -79,7 +80,7 @@ contains
   !> Removes a column from the set; the others keep their order. Plane rotations make R triangular again.
   subroutine remove(self, i)
     class(column_set_t), intent(inout) :: self
-    !> place of the column in `used`, 1 to n
+    !> position of the column in `used`, 1 to n
     integer, intent(in) :: i
     real(rk) :: c, radius, s
     integer :: k

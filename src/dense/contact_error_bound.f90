@@ -47,15 +47,15 @@ contains
   !> lambda_r, lambda and W lambda + q are not negative and lambda' (W lambda + q) = 0: e' W e <= e' w <= e' rho + c, where c is the
   !> sum of lambda_r (w - rho) over the rows outside of S. With d = |rho| in the norm of W^-1: |e| <= d/2 + sqrt(d^2/4 + c).
   !>
-  !> The smallest of three bounds is returned, or the first one if it is at most `enough`; 0 without rows. First bound: S are the
-  !> rows with a force, and rho = min(w, 0) elsewhere. For an exact answer this bound is only rounding.
+  !> The smallest of three bounds is returned, or the first one if it is at most `enough`; 0 without rows, also with a surplus.
+  !> First bound: S are the rows with a force, and rho = min(w, 0) elsewhere. For an exact answer this bound is only rounding.
   !>
   !> Second bound: S are the rows that the primal-dual active set method would close next; a very small force across a wide gap is
   !> then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the forces in
   !> this step. If S is the active set of the solution, d is the error itself.
   !>
-  !> Third bound, only without `surplus`: S as in the second one, but without the forces D on the rows that this step opens: |e| <=
-  !> |D| + |e - D|. A force across a wide gap then adds its own energy, and not its work on the gap.
+  !> Third bound, only without `surplus`, and only if this step opens rows with forces: S as in the second one, but without the
+  !> forces D on these rows: |e| <= |D| + |e - D|. A force across a wide gap then adds its own energy, and not its work on the gap.
   !>
   !> Bodies that are held by anchors T: W and the rows are those of the other contacts, with closed anchors. All forces are in
   !> balance, and w = W lambda_r + q + N s for some openings s of the anchors. Because e_T = -N' e, the same bound holds with rho -
@@ -85,11 +85,11 @@ contains
     bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more, .not. present(surplus)))
   end function evaluate
 
-  !> Returns the smaller one of the second and the third bound, for the set S = is_closed; huge where W_SS cannot be factored. It
-  !> costs a factorization of W_SS.
+  !> Returns the second bound for the set S = is_closed, or the third one if it is allowed and smaller; huge where W_SS cannot be
+  !> factored. It costs a factorization of W_SS.
   real(rk) function bound_of_step(self, lambda, opening, is_closed, more, may_drop) result(bound)
     class(contact_error_bound_t), intent(in) :: self
-    !> as for evaluate
+    !> [force] lambda_r and [length] w, as for evaluate
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     !> whether a row is in S, shape (n)
@@ -117,14 +117,14 @@ contains
     if (may_drop) bound = min(bound, self%bound_without(lambda, opening, is_closed, closed, block))
   end function bound_of_step
 
-  !> Returns the third bound: the norm of the forces on the rows that the step opens, plus the bound of the other forces; huge if
-  !> the step opens no row. lambda, opening and is_closed are those of bound_of_step.
+  !> Returns the third bound: the norm of the forces on the rows outside of S, plus the bound of the other forces; huge if no row
+  !> outside of S has a force. lambda, opening and is_closed are those of bound_of_step.
   real(rk) function bound_without(self, lambda, opening, is_closed, closed, block) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
     logical, intent(in) :: is_closed(:)
-    !> numbers of the closed rows, and the Cholesky factor of W on them
+    !> numbers of the rows in S, 1-based and ascending, and the Cholesky factor of W_SS
     integer, intent(in) :: closed(:)
     real(rk), contiguous, intent(in) :: block(:, :)
     real(rk) :: change(size(closed)), closing(size(lambda)), rest(size(lambda))
@@ -142,9 +142,10 @@ contains
       self%bound_of(merge(lambda, 0.0_rk, is_closed), rest, merge(rest, min(rest, self%times(closed, change)), is_closed), 0.0_rk)
   end function bound_without
 
-  !> Returns W v for a vector v that is zero except on some rows.
+  !> Returns W v, shape (n), for a vector v that has the given values on the given rows and is zero elsewhere.
   pure function times(self, rows, values) result(product)
     class(contact_error_bound_t), intent(in) :: self
+    !> numbers of rows, 1-based
     integer, intent(in) :: rows(:)
     !> shape (size(rows))
     real(rk), intent(in) :: values(:)
@@ -161,12 +162,13 @@ contains
     end do
   end function times
 
-  !> Returns d/2 + sqrt(d^2/4 + c) for a given rho. S are the rows where rho = w. lambda and opening are those of evaluate.
+  !> Returns d/2 + sqrt(d^2/4 + c) for a given rho: d is |rho| in the norm of W^-1, c is `more` plus the sum of lambda_r (w -
+  !> rho) over all rows. lambda (lambda_r) and opening (w) are as for evaluate.
   real(rk) function bound_of(self, lambda, opening, misfit, more) result(bound)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)
     real(rk), intent(in) :: opening(:)
-    !> [length] rho, shape (n)
+    !> [length] rho <= w, shape (n)
     real(rk), intent(in) :: misfit(:)
     !> [force*length] added to c
     real(rk), intent(in) :: more

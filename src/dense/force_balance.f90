@@ -18,19 +18,21 @@ module sig_force_balance
 
 contains
 
-  !> Replaces contact forces lambda_r by the nearest ones with lambda >= 0 and A lambda = b. The solution has these properties, too,
-  !> and the set of such forces is convex. Therefore the Euclidean error of the forces does not become larger.
+  !> Replaces forces lambda_r by the nearest ones with lambda >= 0 and A lambda = b. For lambda_r on all contact rows, the exact
+  !> contact forces have these properties, too, and the set of such forces is convex. The Euclidean error of the forces does not
+  !> become larger then.
   !>
   !> The result is lambda(y) = max(0, lambda_r + A' y), where y minimizes |lambda(y)|^2/2 - b'y. This function is convex and has the
   !> gradient A lambda(y) - b. The method is Newton's with step halving. Local.
   subroutine balance_forces(matrix, work, forces, is_balanced)
-    !> A', work of a unit force of each contact row on each free motion, shape (n, n_motions)
+    !> A', work of a unit force of each row on each free motion, shape (n, n_motions). A row is a contact row, or stands for a
+    !> pattern of forces on several contact rows
     real(rk), intent(in) :: matrix(:, :)
     !> b, work of the loads on each free motion, shape (n_motions)
     real(rk), intent(in) :: work(:)
-    !> [force] shape (n)
+    !> [force] in: lambda_r >= 0; out: the balanced forces, if is_balanced; shape (n)
     real(rk), intent(inout) :: forces(:)
-    !> false where no non-negative forces with this balance are found; then the forces do not change
+    !> false where no non-negative forces with this balance (keep_balance) are found; then the forces do not change
     logical, intent(out) :: is_balanced
     real(rk) :: y(size(work)), step(size(work)), rest(size(work)), given(size(forces)), value, length
     logical :: is_singular
@@ -66,7 +68,8 @@ contains
     end function dual
   end subroutine balance_forces
 
-  !> Whether the forces balance the loads, A lambda = b, up to rounding. `matrix` is A' and `work` is b, as for balance_forces.
+  !> Whether the forces balance the loads: each component of A lambda - b is at most 1e-11 times the sum of the absolute values of
+  !> its terms. True without motions. `matrix` is A' and `work` is b, as for balance_forces.
   pure logical function keep_balance(matrix, work, forces)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: work(:)
@@ -76,7 +79,7 @@ contains
     keep_balance = all(abs(matmul(forces, matrix) - work) <= balanced * (matmul(forces, abs(matrix)) + abs(work)))
   end function keep_balance
 
-  !> Returns A D A' with a small addition to its diagonal, where D selects the rows that carry force.
+  !> Returns A D A' with a small addition to its diagonal (`damping`), where `matrix` is A', and D selects the rows with is_loaded.
   pure function curvature(matrix, is_loaded) result(square)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_loaded(:)

@@ -53,7 +53,7 @@ contains
     call arrange(self, 1, self%n_points)
   end subroutine create
 
-  !> Makes a tree of the points lo..hi.
+  !> Orders the points lo..hi as a tree and sets the balls of its subtrees; does nothing if hi < lo.
   pure recursive subroutine arrange(self, lo, hi)
     class(k_d_tree_t), intent(inout) :: self
     integer, intent(in) :: lo, hi
@@ -114,8 +114,8 @@ contains
     self%numbers([i, j]) = self%numbers([j, i])
   end subroutine swap
 
-  !> Finds the point, or the center of a ball, that is nearest to a place, or to a line through the place; of equally near ones the
-  !> one with the lowest number.
+  !> Finds the point, or the center of a ball, that is nearest to a place, or to a line through the place. Of several at exactly the
+  !> same distance it is the one with the lowest number.
   !>
   !> Cost: O(log n) in most cases.
   pure subroutine nearest(self, place, number, distance, direction)
@@ -164,7 +164,8 @@ contains
     end if
   end subroutine search_nearest
 
-  !> Returns a lower bound of the distance between the points or balls lo..hi and the place or line; infinite if hi < lo.
+  !> Returns a lower bound, which may be negative, of the distance between the points or balls lo..hi and the place or line;
+  !> infinite if hi < lo. `along` is the direction of the line, zero for no line.
   pure real(rk) function least_distance(self, place, along, lo, hi) result(distance)
     class(k_d_tree_t), intent(in) :: self
     real(rk), intent(in) :: place(:)
@@ -178,7 +179,8 @@ contains
     end associate
   end function least_distance
 
-  !> Returns the length of a vector without its component along the unit vector `along`; of the whole vector where `along` is zero.
+  !> Returns the length of a vector without its component along the unit vector `along`; if `along` is zero, the length of the
+  !> whole vector.
   pure real(rk) function offset(vector, along)
     real(rk), intent(in) :: vector(:)
     real(rk), intent(in) :: along(:)
@@ -223,7 +225,7 @@ contains
     call search_within(self, place, along, radius, middle + 1, hi, numbers)
   end subroutine search_within
 
-  !> Sorts by insertion, which is fast enough for the few points that a search finds.
+  !> Sorts numbers in place by insertion, which is fast enough for the few points that a search finds.
   pure subroutine sort_ascending(numbers)
     integer, intent(inout) :: numbers(:)
     integer :: i, j, number

@@ -28,17 +28,19 @@ contains
   !> Solves lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. solution%reason is reason_converged where that succeeds; otherwise it
   !> says why not, and lambda is zero.
   !>
-  !> The methods are active set, then block pivoting, then Lemke's with a few covering vectors. Each has a limited number of steps.
-  !> The reason of a failure is that of the last method, or reason_ill_conditioned if its result misses the conditions by more than
-  !> accepted_residual; it is reason_not_finite if W or q is not finite. For q >= 0 the answer is zero. Where the solution is not
-  !> unique (W is no P-matrix), the answer may depend on the start. All tolerances are relative to the terms that are summed, so
-  !> units do not matter. Nothing is allocated with a workspace and a solution that were used before for a problem of this size.
+  !> The methods are active set, then block pivoting, then Lemke's with up to four covering vectors. Each has a limited number of
+  !> steps. The first method whose result meets the conditions within accepted_residual (1e-8) gives the answer. Otherwise the
+  !> reason is that of the last path of Lemke's method, or reason_ill_conditioned if its result misses the conditions; it is
+  !> reason_not_finite if W or q is not finite. For q >= 0, also without rows, the answer is zero. Where the solution is not unique
+  !> (W is no P-matrix), the answer may depend on the start. All tolerances are relative, so units do not matter. With a workspace
+  !> and a solution that were used before for a problem of this size, nothing is allocated, except by the first use of Lemke's
+  !> method.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> guess of the active set (lambda > 0), shape (n); with size 0 the guess is q < 0
+    !> guess of the active set (lambda > 0), from which the active set method starts, shape (n); with size 0 the guess is q < 0
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
     !> work space for many problems; default: one for this problem alone
@@ -85,10 +87,10 @@ contains
   end subroutine solve_in
 
   !> Solves the problem of solve_lcp by the active set method alone, for a start that is nearly the active set of the answer. The
-  !> matrix must be finite and is taken as not symmetric. If this fails, solution%reason is not reason_converged and lambda is zero;
-  !> solve_lcp may still succeed.
+  !> matrix must be finite and is taken as not symmetric. If this fails, lambda is zero, and solution%reason is reason_cycle,
+  !> reason_ill_conditioned, or reason_not_finite if q is not finite; solve_lcp may still succeed.
   !>
-  !> A set of k unknowns costs k^3 / 3 + 2 n k operations; no cost grows with n^2.
+  !> A set of k unknowns costs about k^3 / 3 + 2 n k operations; no cost grows with n^2.
   subroutine change_sets(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -124,10 +126,11 @@ contains
     logical, intent(in) :: is_active_start(:)
     !> from solve_lcp, with reason_converged
     type(lcp_solution_t), intent(in) :: known
-    !> the second solution, if is_found
+    !> the second solution, if is_found; otherwise only its n_iterations (number of sets that were tried) counts
     type(lcp_solution_t), intent(inout) :: other
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> whether `other` is a solution whose multipliers differ from those of `known` by more than rounding (same_solution)
+    !> whether `other` is a solution with a multiplier that differs from that of `known` by more than same_solution (1e-6) times the
+    !> largest multiplier of both
     logical, intent(out) :: is_found
 
     call start_solution(size(q), other)
@@ -215,8 +218,9 @@ contains
     call finish(matrix, q, workspace, solution, is_done)
   end subroutine try_lemke
 
-  !> Chooses the positive covering vector of a path: the sum of |W_ij| of each row, the largest one for rows of zeros (path 1), ones
-  !> (path 2), or numbers between 0.1 and 1.1 by multiples of the golden ratio (later paths). The largest entry is scaled to 1.
+  !> Chooses the positive covering vector of a path. Path 1: the sum of |W_ij| of each row; a row whose sum is at most 1e-12 of the
+  !> largest sum gets the largest one. Path 2: ones. Later paths: numbers between 0.1 and 1.1 by multiples of the golden ratio. The
+  !> largest entry is then scaled to 1.
   pure subroutine set_covering(matrix, i_path, covering)
     real(rk), intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path
@@ -235,9 +239,9 @@ contains
     covering = covering / max(largest, tiny(covering))
   end subroutine set_covering
 
-  !> Takes lambda from the workspace, sets values that are negative or only rounding to zero, and checks the conditions: a residual
-  !> above accepted_residual gives reason_ill_conditioned. Where there is no answer, lambda is zero and the residual huge. is_done:
-  !> the reason is reason_converged in the end.
+  !> If solution%reason is reason_converged, takes lambda from the workspace, sets values that are negative or at most 1e-12 of the
+  !> largest to zero, and checks the conditions: a residual above accepted_residual gives reason_ill_conditioned. Where there is no
+  !> answer, lambda is zero and the residual huge. Sets is_active to lambda > 0, and is_done to whether there is an answer.
   pure subroutine finish(matrix, q, workspace, solution, is_done)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -265,7 +269,8 @@ contains
   end subroutine finish
 
   !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the absolute
-  !> values of the terms of its row, with w = W lambda + q; huge if such a sum is not finite.
+  !> values of the terms of its row, with w = W lambda + q for solution%lambda; 0 if none is positive, huge if such a sum is not
+  !> finite.
   pure subroutine measure_residual(matrix, q, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

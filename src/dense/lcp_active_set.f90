@@ -13,8 +13,8 @@ module sig_lcp_active_set
 contains
 
   !> Runs the primal-dual active set method for lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. It starts from a given set and
-  !> ends when no sign is wrong (solved), a set comes back, the matrix of a set is singular, or the number of steps is
-  !> max(usual_sets, n + 1). Requires: workspace%reserve, and workspace%is_symmetric is set.
+  !> ends when no sign is wrong (solved), a set comes back, the matrix of a set is singular, or max(usual_sets, n + 1) sets were
+  !> evaluated; usual_sets is 50. Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -26,7 +26,7 @@ contains
     type(lcp_workspace_t), intent(inout) :: workspace
     !> reason_converged, or reason_cycle for all other ends
     integer, intent(out) :: reason
-    !> number of linear solves
+    !> number of sets that were evaluated
     integer, intent(out) :: n_iterations
     !> a set whose answer is known already: the method stops there, too, with reason_cycle; shape (n)
     logical, intent(in), optional :: is_active_known(:)

@@ -16,11 +16,11 @@ module sig_lcp_block_pivoting
 contains
 
   !> Runs block principal pivoting for lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. It starts from a given set and ends when
-  !> no sign is wrong (solved), single exchanges come back to a set, the matrix of a set is singular, or the number of solves is 5 n
-  !> + 50. Requires: workspace%reserve, and workspace%is_symmetric is set.
+  !> no sign is wrong (solved), single exchanges come back to a set, the matrix of a set is singular, or 5 n + 50 sets were
+  !> evaluated. Requires: workspace%reserve, and workspace%is_symmetric is set.
   !>
-  !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's least-index rule. In exact arithmetic the method ends for
-  !> P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.
+  !> Source: Judice and Pires, Comput. Oper. Res. 21 (1994) 587; Murty's rule, here with the highest index. In exact arithmetic the
+  !> method ends for P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.
   subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -32,7 +32,7 @@ contains
     type(lcp_workspace_t), intent(inout) :: workspace
     !> reason_converged, or reason_cycle for all other ends
     integer, intent(out) :: reason
-    !> number of linear solves
+    !> number of sets that were evaluated
     integer, intent(out) :: n_iterations
     integer :: fewest, i, max_solves, n_single, n_trials, n_violated
     logical :: is_back
@@ -65,6 +65,7 @@ contains
   !>
   !> The set is kept at the exchanges 1, 2, 4, 8 and so on (Brent), so that a cycle of any length is found.
   pure subroutine look_back(is_active, n_single, workspace, is_back)
+    !> the set before the exchange
     logical, intent(in) :: is_active(:)
     !> number of single exchanges in a row, this one included; 0 where this is a block exchange
     integer, intent(in) :: n_single
@@ -81,8 +82,9 @@ contains
   end subroutine look_back
 
   !> Chooses the indices to exchange: all wrong signs, or only the one with the highest index if they are not fewer than ever before
-  !> and no trials are left. Updates `fewest` and n_trials.
+  !> and no trials are left. Updates `fewest` and n_trials: fewer wrong signs than ever give max_trials new trials.
   pure subroutine choose_exchange(n_violated, is_violated, fewest, n_trials)
+    !> number of wrong signs, > 0
     integer, intent(in) :: n_violated
     !> on entry the wrong signs, on exit the indices to exchange
     logical, intent(inout) :: is_violated(:)

@@ -31,9 +31,9 @@ module sig_lcp_derivative
 
 contains
 
-  !> Computes the derivatives dz and dw of the solution of z >= 0, w = W z + q >= 0, z' w = 0 for some changes of W and q. Where the
-  !> matrix of the active rows is singular, or the problem of the grazing rows has no solution, derivative%is_singular is true and
-  !> the derivatives are of no use.
+  !> Computes the derivatives dz and dw of the solution of z >= 0, w = W z + q >= 0, z' w = 0 in some directions, which are changes
+  !> of W and q. Where the matrix of the active rows is singular, or solve_lcp finds no solution for the grazing rows,
+  !> derivative%is_singular is true and the derivatives are of no use.
   subroutine differentiate_lcp(matrix, q, terms, z, changes, derivative)
     !> W, shape (n, n)
     real(rk), contiguous, intent(in) :: matrix(:, :)
@@ -69,7 +69,8 @@ contains
     derivative%openings(active, :) = 0
   end subroutine differentiate_lcp
 
-  !> Finds the rows that have neither a force nor an opening, up to rounding. The arguments are those of differentiate_lcp.
+  !> Sets `grazes` to whether a row has neither a force nor an opening, up to rounding. The other arguments are those of
+  !> differentiate_lcp.
   subroutine find_grazing(matrix, q, terms, z, grazes)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -93,8 +94,8 @@ contains
 
   !> Computes dz_G of the grazing rows and corrects dz_A of the active ones. With the Schur complement S = W_GG - W_GA W_AA^-1 W_AG
   !> and the change p of the openings of G without forces on G: dz_G >= 0, S dz_G + p >= 0, dz_G' (S dz_G + p) = 0. Sets
-  !> is_one_sided for each direction (some p is not zero), and is_singular if a problem has no solution. `active` and `grazing` are
-  !> numbers of rows, `factors` those of W_AA.
+  !> is_one_sided for each direction (some p is not zero, except for rounding), and is_singular if solve_lcp finds no solution for
+  !> some direction. `active` and `grazing` are numbers of rows, 1-based, and `factors` those of W_AA.
   subroutine close_grazing(matrix, changes, active, grazing, factors, derivative)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: changes(:, :)

@@ -65,14 +65,14 @@ contains
     n_iterations = max_pivots
   end subroutine run_lemke
 
-  !> Returns the largest |W_ij|, by which the tableau is scaled.
+  !> Returns the largest |W_ij|, by which W is divided in the tableau; the smallest normal number for a matrix of zeros.
   pure real(rk) function matrix_size(matrix)
     real(rk), intent(in) :: matrix(:, :)
 
     matrix_size = max(maxval(abs(matrix)), tiny(matrix_size))
   end function matrix_size
 
-  !> Fills the tableau with the columns I, -W, -d and q, scaled. The basic variables are w.
+  !> Fills the tableau with the columns I, -W / matrix_size, -d, and q over its largest |q_i|. The basic variables are w.
   pure subroutine fill_tableau(matrix, q, workspace)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -92,8 +92,8 @@ contains
     workspace%tableau(:n, 2 * n + 2) = q / maxval(abs(q))
   end subroutine fill_tableau
 
-  !> Returns the row where z0 enters the basis: the lexicographic minimum of (q_i, e_i) / d_i. Every row is then lexicographically
-  !> positive.
+  !> Returns the row where z0 enters the basis: the lexicographic minimum of (q_i, e_i) / d_i, which of equal q_i / d_i is the last
+  !> row. Every row is then lexicographically positive.
   pure function first_row(workspace, n) result(i_row)
     type(lcp_workspace_t), intent(in) :: workspace
     integer, intent(in) :: n
@@ -114,7 +114,8 @@ contains
     i_row = 1
   end function first_row
 
-  !> Returns the variable lambda_i for w_i, and w_i for lambda_i. The numbers of the variables are i for w_i and n + i for lambda_i.
+  !> Returns the number of lambda_i for that of w_i, and of w_i for that of lambda_i. The numbers of the variables are i for w_i and
+  !> n + i for lambda_i. Requires: the variable is not z0.
   pure function complement(variable, n) result(partner)
     integer, intent(in) :: variable
     integer, intent(in) :: n
@@ -123,12 +124,15 @@ contains
     partner = merge(variable + n, variable - n, variable <= n)
   end function complement
 
-  !> Finds the row with the lexicographically smallest ratio among those where the entering column is positive by more than
-  !> rounding; 0 = there is none, a ray. If z0 is among the rows with the smallest ratio, it leaves, because this ends the path.
+  !> Finds the row whose basic variable leaves the basis. Of the rows where the entering column is positive by more than rounding,
+  !> it is the one with the smallest ratio of value over entering column. Of equal ratios it is the row of z0, because this ends the
+  !> path; if z0 is not among them, the columns of w decide in the same way, one after the other (lexicographic rule).
   pure subroutine find_leaving_row(workspace, n, entering, i_leaving)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n
+    !> number of the entering variable
     integer, intent(in) :: entering
+    !> number of the row; 0 = no entry of the column is positive beyond rounding, and the path is a ray
     integer, intent(out) :: i_leaving
     integer :: i_column, z0_row
 
@@ -151,7 +155,8 @@ contains
     end associate
   end subroutine find_leaving_row
 
-  !> Keeps as candidates only the rows whose ratio numerator / denominator is the smallest of all, within tie_tolerance.
+  !> Keeps of the candidates only the rows whose ratio numerator / denominator is the smallest of them, within tie_tolerance
+  !> (relative where the size of this ratio is above 1, else absolute).
   pure subroutine keep_smallest(numerator, denominator, is_candidate, ratio)
     real(rk), intent(in) :: numerator(:)
     real(rk), intent(in) :: denominator(:)
@@ -165,7 +170,7 @@ contains
     where (is_candidate) is_candidate = ratio <= smallest + tie_tolerance * max(1.0_rk, abs(smallest))
   end subroutine keep_smallest
 
-  !> Makes a Gauss-Jordan step: the entering variable becomes the basic variable of the row.
+  !> Makes a Gauss-Jordan step in the whole tableau: the variable number `entering` becomes the basic variable of row i_row.
   pure subroutine pivot(workspace, n, i_row, entering)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n
@@ -189,7 +194,8 @@ contains
     workspace%basis(i_row) = entering
   end subroutine pivot
 
-  !> Reads lambda from the tableau, in its original unit.
+  !> Reads from the tableau, in their original unit, the lambda that are basic variables, and makes is_active true for them. The
+  !> others keep their values. Requires: z0 is no basic variable.
   pure subroutine read_solution(matrix, q, workspace, is_active)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)

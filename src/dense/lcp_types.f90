@@ -100,7 +100,7 @@ contains
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
 
-  !> Allocates the arrays of Lemke's method, which few problems need. Requires: reserve.
+  !> Allocates the arrays of Lemke's method, which few problems need, if they are not allocated yet. Requires: reserve.
   pure subroutine reserve_tableau(self)
     class(lcp_workspace_t), intent(inout) :: self
 
@@ -110,9 +110,9 @@ contains
     end associate
   end subroutine reserve_tableau
 
-  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of these numbers have a
-  !> wrong sign. The results are lambda, w (0 in A) and is_violated of the workspace. Where W_AA is numerically singular,
-  !> is_singular is true and the results are of no use.
+  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of these numbers are
+  !> negative beyond rounding (condition_tolerance). The results are lambda (0 outside of A), w (0 in A) and is_violated of the
+  !> workspace. Where W_AA is numerically singular, workspace%is_singular is true and the results are of no use.
   !>
   !> Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine evaluate_set(matrix, q, is_active, workspace)
@@ -157,12 +157,12 @@ contains
     call find_violations(is_active, condition_tolerance(reciprocal), workspace)
   end subroutine evaluate_set
 
-  !> Writes the indices of the set and its matrix into the workspace.
+  !> Writes the indices of the set, 1-based and ascending, into workspace%active, and its matrix into workspace%factors.
   pure subroutine gather(matrix, is_active, workspace, n)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> size of the set
+    !> number of indices in the set
     integer, intent(out) :: n
     integer :: i, j
 
@@ -179,13 +179,15 @@ contains
     end do
   end subroutine gather
 
-  !> Factors the matrix of a set: by Cholesky where it is symmetric and positive definite, else by LU with row exchanges.
+  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is positive definite,
+  !> else by LU with row exchanges. workspace%is_cholesky says which. Requires: gather.
   subroutine factor_set(matrix, is_active, workspace, n, info)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
+    !> number of indices in the set, from gather; it does not change
     integer, intent(inout) :: n
-    !> 0 = factored, else the number of a pivot that is zero
+    !> 0 = factored, else the number of a pivot that is zero or not a number
     integer, intent(out) :: info
 
     workspace%is_cholesky = workspace%is_symmetric
@@ -198,7 +200,8 @@ contains
     call factor_lu(n, workspace%factors, workspace%pivots, info)
   end subroutine factor_set
 
-  !> Computes smallest over largest size of the n pivots on the diagonal of the factors; 0 where a pivot is not finite.
+  !> Computes the smallest over the largest absolute value of the first n diagonal entries of the factors (of Cholesky: the roots of
+  !> the pivots); 0 where one is not finite or all are zero.
   pure subroutine measure_pivots(factors, n, ratio)
     real(rk), intent(in) :: factors(:, :)
     integer, intent(in) :: n
@@ -217,7 +220,8 @@ contains
     if (largest > 0) ratio = smallest / largest
   end subroutine measure_pivots
 
-  !> Estimates the reciprocal condition number (1-norm) of the active set's matrix from its factors in the workspace.
+  !> Estimates the reciprocal condition number (1-norm) of the active set's matrix from its factors in the workspace. `matrix` is
+  !> the whole W, and n the number of indices in the set, > 0.
   subroutine measure_condition(matrix, workspace, n, reciprocal)
     real(rk), intent(in) :: matrix(:, :)
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -241,7 +245,8 @@ contains
     end if
   end subroutine measure_condition
 
-  !> Solves W_AA lambda_A = -q_A with the factors in the workspace.
+  !> Solves W_AA lambda_A = -q_A with the factors in the workspace, and writes lambda_A to its rows of workspace%lambda; the other
+  !> rows keep their values. n is the number of indices in A.
   subroutine solve_set(q, n, workspace)
     real(rk), intent(in) :: q(:)
     integer, intent(in) :: n
@@ -288,7 +293,8 @@ contains
     end do
   end subroutine sum_rows
 
-  !> Sets is_violated. The tolerance is relative: for w to the terms of its row, for lambda to the largest lambda.
+  !> Sets workspace%is_violated: whether lambda in the active set, or w outside of it, is negative beyond the tolerance. The
+  !> tolerance is relative: for w to row_size, for lambda to the largest |lambda|.
   pure subroutine find_violations(is_active, tolerance, workspace)
     logical, intent(in) :: is_active(:)
     real(rk), intent(in) :: tolerance
@@ -307,7 +313,7 @@ contains
     end do
   end subroutine find_violations
 
-  !> Whether all wrong signs would be wrong with the widest tolerance, too.
+  !> Whether all wrong signs (workspace%is_violated) would be wrong with widest_tolerance, too; true if no sign is wrong.
   pure logical function is_decided(n, workspace)
     !> number of unknowns
     integer, intent(in) :: n
@@ -328,8 +334,8 @@ contains
     is_decided = .true.
   end function is_decided
 
-  !> Returns the tolerance for wrong signs, from sign_tolerance to widest_tolerance. It grows with the condition number of the set,
-  !> because rounding errors of a solve do.
+  !> Returns the tolerance for wrong signs, from sign_tolerance (1e-12) to widest_tolerance (1e-8). It grows with the condition
+  !> number of the set's matrix, because rounding errors of a solve do.
   pure function condition_tolerance(reciprocal_condition) result(tolerance)
     real(rk), intent(in) :: reciprocal_condition
     real(rk) :: tolerance
@@ -338,7 +344,7 @@ contains
     tolerance = min(max(tolerance, sign_tolerance), widest_tolerance)
   end function condition_tolerance
 
-  !> Returns the name of a method as it stands in reports; `none` for an unknown one.
+  !> Returns the name of a method of lcp_solution_t: `active_set`, `block_pivoting` or `lemke`; `none` for any other number.
   pure function lcp_method_name(method) result(name)
     integer, intent(in) :: method
     character(:), allocatable :: name

@@ -55,7 +55,7 @@ module sig_lifted_error_bound
 
 contains
 
-  !> Returns the product A x of the matrix and a vector.
+  !> Returns the product A x of the matrix A and a vector, shape (n).
   pure function times(self, x) result(y)
     class(sparse_matrix_t), intent(in) :: self
     !> shape (n)
@@ -124,7 +124,8 @@ contains
     call factor_damped(self%factor)
   end subroutine create
 
-  !> Replaces a matrix, with the damping added, by its Cholesky factor; by zeros where it is not positive definite.
+  !> Adds the damping to the diagonal of a symmetric matrix, and replaces its lower triangle by the Cholesky factor. All entries
+  !> become zero where the matrix is not positive definite.
   subroutine factor_damped(matrix)
     real(rk), contiguous, intent(inout) :: matrix(:, :)
     integer :: i, info
@@ -138,7 +139,8 @@ contains
     if (info /= 0) matrix = 0
   end subroutine factor_damped
 
-  !> Solves with the factor of factor_damped; the result is zero where there is no factor.
+  !> Solves a system with the factor of factor_damped: `values` is the right-hand side on entry, and the solution on exit. The
+  !> solution is zero where there is no factor.
   subroutine solve_damped(factor, values)
     real(rk), contiguous, intent(in) :: factor(:, :)
     real(rk), contiguous, intent(inout) :: values(:)
@@ -156,11 +158,12 @@ contains
   !> rho, and s is the sum of lambda_r (w - rho).
   !>
   !> The smaller one of two bounds is returned. In the first, rho is w on rows with a force, and min(w, 0) elsewhere. In the second,
-  !> the rows S are those that the primal-dual active set method would close next. The lift moves only these rows, so that v is the
-  !> change of the displacement in this step; rho is w on S and min(B v, w) elsewhere.
+  !> the rows S are those that the primal-dual active set method would close next. The coefficients c of v are computed as if only
+  !> these rows were lifted (fit_rows), so that v is nearly the change of the displacement in this step; rho is w on S and the
+  !> smaller one of B X c and w elsewhere.
   !>
-  !> Bodies that only contact holds are first moved by settle. Any rigid motion is allowed, because forces in balance do no work on
-  !> it.
+  !> Bodies that only contact holds are first moved by settle, which changes w. Any rigid motion is allowed, because forces in
+  !> balance do no work on it.
   real(rk) function evaluate(self, lambda, opening) result(bound)
     class(lifted_error_bound_t), intent(in) :: self
     !> [force] lambda_r >= 0, in balance; shape (n)
@@ -187,7 +190,9 @@ contains
   !> forces are then nearly closed. The openings stay as they are if the equations of this minimum are singular.
   subroutine settle(self, lambda, opening)
     class(lifted_error_bound_t), intent(in) :: self
+    !> [force] lambda_r >= 0, shape (n)
     real(rk), intent(in) :: lambda(:)
+    !> [length] w, shape (n)
     real(rk), intent(inout) :: opening(:)
     real(rk) :: weighted(size(lambda), size(self%motions, 2)), place(size(self%motions, 2))
     logical :: is_singular
@@ -197,7 +202,8 @@ contains
     opening = opening + matmul(self%motions, place)
   end subroutine settle
 
-  !> Computes the coefficients c that minimize |v|, where B v = w on the closed rows and the lift moves only these rows.
+  !> Computes the coefficients c that minimize |v| in the norm of K, where B v = w on the closed rows and the lift moves only these
+  !> rows; zero where the equations for c are not positive definite. `opening` is w.
   subroutine fit_rows(self, is_closed, opening, coefficients)
     class(lifted_error_bound_t), intent(in) :: self
     logical, intent(in) :: is_closed(:)
@@ -223,7 +229,7 @@ contains
     call solve_damped(square, coefficients)
   end subroutine fit_rows
 
-  !> Returns the bound for given rho and c.
+  !> Returns d/2 + sqrt(d^2/4 + s) as in evaluate, for given rho and coefficients c of v. lambda is lambda_r, and opening is w.
   real(rk) function bound_of(self, lambda, opening, misfit, coefficients) result(bound)
     class(lifted_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: lambda(:)

@@ -34,7 +34,8 @@ module sig_linear_algebra
 
 contains
 
-  !> Factors a square matrix. Where is_singular is true afterwards (singular or not finite), `solve` must not be called.
+  !> Factors a square matrix. Where is_singular is true afterwards (numerically singular or not finite), `solve` must not be called.
+  !> An empty matrix is not singular.
   subroutine lu_factor(self, a)
     class(lu_t), intent(inout) :: self
     !> shape (n, n)
@@ -134,9 +135,10 @@ contains
     call solve_dense(a, identity, inverse, is_singular)
   end subroutine invert
 
-  !> Returns column i of the unit matrix.
+  !> Returns column i of the unit matrix of order n: zeros with a 1 at i.
   pure function unit_vector(n, i) result(vector)
     integer, intent(in) :: n
+    !> 1 to n
     integer, intent(in) :: i
     real(rk) :: vector(n)
 

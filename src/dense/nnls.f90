@@ -56,8 +56,9 @@ module sig_nnls
 
 contains
 
-  !> Keeps A for `solve`: scales its columns to length 1 and computes their products with each other (for at most most_products
-  !> columns). A matrix with an entry that is not finite is replaced by zero.
+  !> Keeps a copy of A for `solve`, with columns that are scaled to length 1 (zero columns stay zero). If A has at most 2000 columns
+  !> (most_products), it also computes the products of all columns with each other. A matrix with an entry that is not finite is
+  !> replaced by zero.
   subroutine prepare(self, matrix)
     class(nnls_t), intent(inout) :: self
     !> A, shape (n_rows, n_columns)
@@ -79,8 +80,9 @@ contains
 
   !> Computes x >= 0 that minimizes |A x - b|. Requires: prepare.
   !>
-  !> The method is an active set method. In every step x >= 0, and the residual becomes smaller, so the method ends. A column that
-  !> depends on those in use is not added. Source: Lawson and Hanson, Solving least squares problems (1974), chapter 23.
+  !> The method is an active set method. In every step x >= 0, and a step that does not make the residual smaller is undone, so the
+  !> method ends. A column that depends on those in use is not added. Source: Lawson and Hanson, Solving least squares problems
+  !> (1974), chapter 23.
   subroutine solve(self, rhs, workspace, x, residual_norm)
     class(nnls_t), intent(in) :: self
     !> b, shape (n_rows)
@@ -88,7 +90,7 @@ contains
     type(nnls_workspace_t), intent(inout) :: workspace
     !> shape (n_columns); zero where A or b is zero or not finite
     real(rk), intent(out) :: x(:)
-    !> |A x - b|
+    !> |A x - b|; |b| where x is zero
     real(rk), intent(out) :: residual_norm
     real(rk) :: rhs_norm
     integer :: entering, i
@@ -112,7 +114,7 @@ contains
     residual_norm = residual_norm * rhs_norm
   end subroutine solve
 
-  !> Starts with no column in use for b = rhs, whose length rhs_norm is positive.
+  !> Prepares the workspace for b = rhs, whose length rhs_norm is positive and finite: no column is in use, and all are candidates.
   subroutine start(self, rhs, rhs_norm, workspace)
     class(nnls_t), intent(in) :: self
     real(rk), intent(in) :: rhs(:)
@@ -129,7 +131,7 @@ contains
     end associate
   end subroutine start
 
-  !> Allocates the work space; keeps it where it has this size.
+  !> Allocates the arrays of the workspace for a matrix of n_rows x n_columns; keeps them where they have this size already.
   subroutine reserve(workspace, n_rows, n_columns)
     type(nnls_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n_rows
@@ -151,7 +153,7 @@ contains
     allocate (workspace%used_before(most), workspace%x_before(most))
   end subroutine reserve
 
-  !> Computes the products of the unit columns with the residual.
+  !> Sets workspace%gain, the products of the scaled columns of A with the residual.
   subroutine find_gains(self, workspace)
     class(nnls_t), intent(in) :: self
     type(nnls_workspace_t), intent(inout) :: workspace
@@ -170,14 +172,15 @@ contains
     call add_few_columns(self%products, workspace%taken, workspace%gain)
   end subroutine find_gains
 
-  !> Adds a column to those in use and computes the coefficients again. Where the residual does not become smaller, the column is
-  !> taken out again, and it is no candidate until the columns in use have changed.
+  !> Adds a column to those in use and computes the coefficients again, which may take other columns out of use. Where the residual
+  !> does not become smaller, or the column depends on those in use, the columns in use and their coefficients stay as they were.
+  !> The column is then no candidate until the columns in use have changed.
   subroutine try_column(self, entering, workspace, residual_norm)
     class(nnls_t), intent(in) :: self
     !> number of the column in A, 1-based
     integer, intent(in) :: entering
     type(nnls_workspace_t), intent(inout) :: workspace
-    !> |A x - b| / |b|
+    !> |A x - b| / |b|; in: before the step, out: after it
     real(rk), intent(inout) :: residual_norm
     real(rk) :: trial_norm
     integer :: i, n_before
@@ -204,7 +207,7 @@ contains
   end subroutine try_column
 
   !> Solves the least squares problem of the columns in use, and takes out columns whose coefficient would become zero or negative,
-  !> until all coefficients are positive. Sets x and the residual of the workspace.
+  !> until all coefficients are positive or no column is left. Sets x and the residual of the workspace.
   subroutine improve(workspace)
     type(nnls_workspace_t), intent(inout) :: workspace
     real(rk) :: step
@@ -233,7 +236,7 @@ contains
     end do
   end subroutine improve
 
-  !> Restores the n_before columns in use, and their coefficients, from before the step.
+  !> Restores the n_before columns that were in use before the step, their coefficients and the residual.
   subroutine restore(self, n_before, workspace)
     class(nnls_t), intent(in) :: self
     integer, intent(in) :: n_before

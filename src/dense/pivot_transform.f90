@@ -17,7 +17,7 @@ contains
 
   !> Computes the matrix M of the problem w = W z + q after w_A and z_A of a set A have exchanged their places: M = [W_AA^-1,
   !> -W_AA^-1 W_AI; W_IA W_AA^-1, W_II - W_IA W_AA^-1 W_AI], with rows and columns in their old order. For an empty set it is W.
-  !> Where W_AA is numerically singular, is_singular is true and M is not defined.
+  !> Where W_AA is numerically singular, is_singular is true and M is of no use.
   subroutine transform_matrix(matrix, is_in_set, transform, is_singular)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)

@@ -42,14 +42,14 @@ module sig_polynomial_nodes
 
 contains
 
-  !> Chooses the nodes for all polynomials up to a total degree, number_of_polynomials(n_variables, degree) of them, and prepares
-  !> the weights. Requires: at most most_variables variables.
+  !> Chooses the nodes for all polynomials up to a total degree, number_of_polynomials(n_variables, degree) nodes, and prepares the
+  !> weights. Requires: at most most_variables variables, and no more nodes than candidate_points has.
   subroutine create(self, lower, upper, degree)
     class(polynomial_nodes_t), intent(inout) :: self
     !> ends of the box, lower < upper, in the units of the variables; shape (n_variables)
     real(rk), intent(in) :: lower(:)
     real(rk), intent(in) :: upper(:)
-    !> total degree
+    !> largest total degree, >= 0
     integer, intent(in) :: degree
     real(rk), allocatable :: candidates(:, :)
     integer, allocatable :: chosen(:)
@@ -154,8 +154,8 @@ contains
     end do
   end function number_of_polynomials
 
-  !> Returns the degrees of the first n polynomials in each variable, in the order of their total degree; of the same total degree
-  !> first those with the higher degree in the earlier variables.
+  !> Returns the degree in each variable of each of the first n polynomials. They are in the order of their total degree; of the
+  !> same total degree first those with the higher degree in the earlier variables.
   pure function degrees_up_to(n_variables, n) result(degrees)
     integer, intent(in) :: n_variables
     integer, intent(in) :: n
@@ -182,7 +182,8 @@ contains
     end do
   end function degrees_up_to
 
-  !> Returns the candidates for nodes. They are dense near the ends of each variable, where good interpolations have many nodes.
+  !> Returns the candidates for nodes: 401 for one variable, 4000 for several, one without coordinates for none. They are dense near
+  !> the ends of each variable, where good interpolations have many nodes.
   pure function candidate_points(n_variables) result(points)
     integer, intent(in) :: n_variables
     !> [-] -1 to 1, shape (n_variables, n_candidates)
@@ -204,7 +205,7 @@ contains
     end if
   end function candidate_points
 
-  !> Returns entry `number` of Halton's sequence: the digits of the number in this base, in reverse order behind the decimal point.
+  !> Returns entry `number` of Halton's sequence, 0 to 1: the digits of the number in this base, in reverse order behind the point.
   pure real(rk) function radical_inverse(number, base) result(value)
     integer, intent(in) :: number
     integer, intent(in) :: base
@@ -237,7 +238,8 @@ contains
     end do
   end function polynomials
 
-  !> Returns a product of Chebyshev polynomials of one variable each; coordinates may lie outside of -1 to 1.
+  !> Returns the value of one polynomial at a point: the product of the Chebyshev polynomials of the variables, with one degree and
+  !> one coordinate for each variable. Coordinates may lie outside of -1 to 1.
   pure real(rk) function polynomial(degrees, point)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)
@@ -249,7 +251,7 @@ contains
     end do
   end function polynomial
 
-  !> Returns the directional derivative of a polynomial in the direction `move`.
+  !> Returns the derivative of one polynomial (see polynomial) at a point in the direction `move`, which need not have length 1.
   pure real(rk) function polynomial_change(degrees, point, move) result(change)
     integer, intent(in) :: degrees(:)
     real(rk), intent(in) :: point(:)
@@ -300,12 +302,12 @@ contains
     slope = degree * slope
   end function chebyshev_slope
 
-  !> Chooses one candidate per column by Gauss elimination: each time the candidate with the largest entry of the column; of nearly
-  !> equal ones the first.
+  !> Chooses one candidate per column by Gauss elimination: each time the candidate with the largest absolute value in the column,
+  !> from which the columns before are eliminated; of nearly equal ones (1e-8) the first.
   pure subroutine choose_pivots(values, chosen)
     !> shape (n_candidates, n)
     real(rk), intent(in) :: values(:, :)
-    !> shape (n)
+    !> numbers of the candidates, 1-based, shape (n)
     integer, allocatable, intent(out) :: chosen(:)
     real(rk) :: left(size(values, 1), size(values, 2))
     real(rk) :: largest
