@@ -7,7 +7,7 @@
 #include <stdint.h>
 
 /* Starts MPI, PETSc and SLEPc without reading the command line. PETSc installs no signal handlers. On several ranks, a
- * rank that ends by force (signals.h) also ends the others. */
+ * rank that ends by force (signals.h) also ends the others, unless their launcher has sent the signal. */
 int sig_petsc_start(void);
 /* Ends SLEPc, PETSc and MPI. Unused options are not reported here (sig_petsc_unused_options). */
 int sig_petsc_end(void);

@@ -15,7 +15,8 @@ module sig_error_broadcast
 
 contains
 
-  !> Gives every rank the error of the lowest rank that has one. Where no rank has an error, nothing changes. Collective on comm.
+  !> Gives every rank the error of the lowest rank that has one, in place of its own. If no rank has an error, nothing changes.
+  !> Collective on comm.
   subroutine broadcast_error(error, comm, ierr)
     type(error_t), allocatable, intent(inout) :: error
     MPI_Comm, intent(in) :: comm
@@ -45,7 +46,8 @@ contains
     call make_error(error, message, file=file, line=numbers(1), column=numbers(2), hint=hint, exit_code=numbers(3))
   end subroutine broadcast_error
 
-  !> Gives every rank the text of rank 0; a text that is not allocated counts as empty. Collective on comm.
+  !> Gives every rank the text of rank 0; a text of rank 0 that is not allocated counts as empty. The text is allocated on all ranks
+  !> afterwards. Collective on comm.
   subroutine broadcast_text(text, comm, ierr)
     character(:), allocatable, intent(inout) :: text
     MPI_Comm, intent(in) :: comm
@@ -83,7 +85,8 @@ contains
     end do
   end subroutine broadcast_bytes
 
-  !> Gives every rank the text of rank `root`; a text that is not allocated counts as empty. Collective on comm.
+  !> Gives every rank the text of rank `root` (0-based); a text of this rank that is not allocated counts as empty. The text is
+  !> allocated on all ranks afterwards. Collective on comm.
   subroutine text_of_rank(root, text, comm, ierr)
     integer, intent(in) :: root
     character(:), allocatable, intent(inout) :: text

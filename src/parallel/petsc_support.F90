@@ -91,8 +91,9 @@ module sig_petsc_support
 
 contains
 
-  !> Starts MPI, PETSc and SLEPc without reading the command line. With several ranks, a rank is ended 0.6 s after a stop signal
-  !> (sig_signals) from now on, and ends the others. Collective on all ranks.
+  !> Starts MPI, PETSc and SLEPc without reading the command line. With several ranks, a rank that still runs 0.6 s after a stop
+  !> signal (sig_signals) is ended by force. It then ends the other ranks, too, unless the launcher (mpirun) has sent the signal,
+  !> because the launcher ends them itself. Collective on all ranks.
   subroutine start_petsc(ierr)
     PetscErrorCode, intent(out) :: ierr
 
@@ -112,13 +113,14 @@ contains
     has_multigrid_vi = sig_has_multigrid_vi() /= 0
   end function has_multigrid_vi
 
-  !> Adds options, pairs `-name value` separated by blanks, to the options of PETSc. An option that is added again gets the new
-  !> value. If PETSc complains about one, for example about a missing file of options, `message` says so.
+  !> Adds options, each `-name` or `-name value`, separated by blanks, to the options of PETSc. An option that is added again gets
+  !> the new value. If PETSc complains about one, for example about a missing file of options, `message` says so, and ierr is 0.
   subroutine insert_petsc_options(options, ierr, message)
     !> such as `-ksp_type cg -ksp_view`
     character(*), intent(in) :: options
     PetscErrorCode, intent(out) :: ierr
-    !> complaint of PETSc about the options; not allocated where there is none. Without this argument a complaint sets ierr
+    !> complaint of PETSc about the options, its first 255 characters; not allocated where there is none. Without this argument a
+    !> complaint sets ierr to 1
     character(:), allocatable, intent(out), optional :: message
     character(kind=c_char, len=message_size) :: buffer
 
@@ -177,10 +179,10 @@ contains
     ierr = sig_matrix_create(int(comm, c_int), n_local, block_size, diagonal, off_diagonal, matrix%v)
   end subroutine create_matrix
 
-  !> Multiplies a matrix by many columns in one pass over the matrix. Collective.
+  !> Multiplies a square matrix by many columns in one pass over the matrix. Collective on the communicator of the matrix.
   subroutine multiply_block(matrix, columns, product, ierr)
     Mat, intent(in) :: matrix
-    !> rows of this rank, shape (n_local, n_columns)
+    !> rows of this rank, shape (n_local, n_columns); n_columns is the same on all ranks
     real(rk), contiguous, intent(in) :: columns(:, :)
     !> rows of this rank of the product, same shape
     real(rk), contiguous, intent(out) :: product(:, :)
@@ -201,7 +203,7 @@ contains
     PetscCall(VecSet(vector, 0.0_rk, ierr))
   end subroutine create_vector
 
-  !> Returns the number of this rank (0-based) and the number of ranks of a communicator.
+  !> Returns the number of this rank (0-based) and the number of ranks of a communicator. Local.
   subroutine rank_and_size(comm, rank, n_ranks, ierr)
     MPI_Comm, intent(in) :: comm
     integer, intent(out) :: rank
@@ -212,8 +214,8 @@ contains
     call MPI_Comm_size(comm, n_ranks, ierr)
   end subroutine rank_and_size
 
-  !> Returns the first and the last row, 1-based, of the slice of n_rows rows that belongs to this rank. All slices are nearly
-  !> equal; last is first - 1 where the slice is empty.
+  !> Returns the first and the last row, 1-based, of the slice of n_rows rows that belongs to this rank. The sizes of the slices
+  !> differ by at most one row; last is first - 1 where the slice is empty. Local.
   subroutine rows_of_rank(n_rows, comm, first, last, ierr)
     !> number of all rows
     integer, intent(in) :: n_rows
@@ -230,8 +232,8 @@ contains
     last = slice_end(n_rows, rank + 1, n_ranks)
   end subroutine rows_of_rank
 
-  !> Returns the last row of slice i_slice (1-based) of n_slices nearly equal slices; 0 for i_slice = 0. No intermediate number
-  !> overflows.
+  !> Returns the last row (1-based) of slice i_slice, 1 to n_slices, when n_rows rows are divided into n_slices slices: the first
+  !> modulo(n_rows, n_slices) slices have one row more than the others. 0 for i_slice = 0. No intermediate number overflows.
   pure integer function slice_end(n_rows, i_slice, n_slices)
     integer, intent(in) :: n_rows
     integer, intent(in) :: i_slice
@@ -296,7 +298,9 @@ contains
   subroutine precondition_failed(code, sentence, file, line, ierr)
     !> error code of PETSc; ierr gets the same
     PetscErrorCode, intent(in) :: code
+    !> what must be true, or what is wrong; without a full stop
     character(*), intent(in) :: sentence
+    !> place in the source
     character(*), intent(in) :: file
     integer, intent(in) :: line
     PetscErrorCode, intent(out) :: ierr
