@@ -23,7 +23,8 @@ module sig_changed_basis
 
 contains
 
-  !> Whether the integral of some shape function over the reference element is not positive; false for linear elements.
+  !> Whether the integral of some shape function over the reference element is zero or negative. This is so for T6, Q8, T10 and
+  !> H20, and for no other row of element_types.
   pure logical function has_weak_corners(i_type)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -38,8 +39,8 @@ contains
     has_weak_corners = minval(matmul(table%values, weights)) <= rounding
   end function has_weak_corners
 
-  !> Returns the matrix that gives the functions of the changed basis from the shape functions, N~ = matrix N; the identity for
-  !> elements without mid-side nodes.
+  !> Returns the matrix that gives the functions of the changed basis from the shape functions, N~ = matrix N, with alpha = 0.2. All
+  !> mid-side nodes count, whether has_weak_corners is true or not. For elements without mid-side nodes it is the identity.
   pure function changed_basis(i_type) result(matrix)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -57,8 +58,8 @@ contains
     end do
   end function changed_basis
 
-  !> Returns the numbers (1-based) of the two corners at the ends of the side in whose middle a node is; zeros for a node that is
-  !> not in the middle of a side.
+  !> Returns the numbers (1-based, ascending) of the two corners at the ends of the side in whose middle a node is; zeros for a node
+  !> that is not in the middle of a side.
   pure function ends_of_side(i_type, i_node) result(ends)
     !> row of element_types
     integer, intent(in) :: i_type

@@ -38,13 +38,16 @@ contains
     end associate
   end subroutine quadrature_rule
 
-  !> Computes the tensor product of a Gauss rule on [-1, 1]. The first coordinate varies fastest.
+  !> Computes the tensor product of a Gauss rule on [-1, 1]. The first coordinate varies fastest. For n_dim = 0 it is one point with
+  !> the weight 1.
   pure subroutine gauss_points(n_dim, line_points, line_weights, points, weights)
     integer, intent(in) :: n_dim
-    !> [-] points and weights of the rule
+    !> [-] points and weights of the rule on the line, n of each
     real(rk), intent(in) :: line_points(:)
     real(rk), intent(in) :: line_weights(:)
+    !> [-] shape (n_dim, n**n_dim)
     real(rk), allocatable, intent(out) :: points(:, :)
+    !> [-] shape (n**n_dim)
     real(rk), allocatable, intent(out) :: weights(:)
     integer :: i, i_dim, i_point
 
@@ -59,9 +62,10 @@ contains
     end do
   end subroutine gauss_points
 
-  !> Computes a rule with one point near each corner, exact for polynomials of degree 2. The barycentric coordinates of a point are
-  !> 1/6 and 2/3 in a triangle, and (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20 in a tetrahedron.
+  !> Computes a rule with one point near each corner and equal weights, exact for polynomials of degree 2. The barycentric
+  !> coordinates of a point are 1/6 and 2/3 in a triangle, and (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20 in a tetrahedron.
   pure subroutine simplex_points(n_dim, volume, points, weights)
+    !> 2 or 3
     integer, intent(in) :: n_dim
     !> [-] of the reference element
     real(rk), intent(in) :: volume

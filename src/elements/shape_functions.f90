@@ -20,13 +20,14 @@ module sig_shape_functions
     !> [-] d N_i / d xi_d, shape (n_dim, n_nodes, n_points)
     real(rk), allocatable :: gradients(:, :, :)
     !> [-] factors that give values at the nodes of a quadratic element from values at the points; not allocated for linear
-    !> elements; shape (n_nodes, n_points)
+    !> elements, or with fewer points than corners; shape (n_nodes, n_points)
     real(rk), allocatable :: to_nodes(:, :)
   end type shape_table_t
 
 contains
 
-  !> Computes the shape functions of an element type, and their gradients, at the given integration points.
+  !> Computes the shape functions of an element type at the given integration points, their gradients with respect to the reference
+  !> coordinates, and to_nodes (see extrapolate). Copies the weights.
   pure subroutine create_shape_table(i_type, points, weights, table)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -152,8 +153,8 @@ contains
     slopes = matmul(monomial_values(element_types(i_type), point, i_dim), coefficients)
   end function shape_slopes
 
-  !> Returns the numbers (1-based) of the corners of the edge, the face or the cell in whose middle a node is; for a corner the
-  !> corner itself.
+  !> Returns the numbers (1-based, ascending) of the corners of the edge, the face or the cell in whose middle a node is; for a
+  !> corner the corner itself.
   pure function corners_of_node(i_type, i_node) result(corners)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -170,10 +171,11 @@ contains
     end associate
   end function corners_of_node
 
-  !> Returns the monomials at a point, or their derivatives with respect to coordinate `derivative` (0: the values).
+  !> Returns the values of the element's monomials at a point, or their derivatives with respect to one reference coordinate.
   pure function monomial_values(element, point, derivative) result(values)
     type(element_type_t), intent(in) :: element
     real(rk), intent(in) :: point(:)
+    !> number of this coordinate, 1-based; 0 = the values
     integer, intent(in) :: derivative
     real(rk) :: values(element%n_nodes)
     integer :: i_dim, i_monomial, power

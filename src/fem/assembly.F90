@@ -15,7 +15,8 @@ module sig_assembly
 
 contains
 
-  !> Creates K, with rows distributed over the ranks as `map` says. Each rank computes the cells that it owns. Collective on comm.
+  !> Creates K, with rows distributed over the ranks as `map` says. It has all dofs, the prescribed ones too. Each rank computes the
+  !> cells that it owns. Collective on comm.
   subroutine assemble_stiffness(comm, mesh, body, map, stiffness, ierr)
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
@@ -59,7 +60,8 @@ contains
   subroutine count_neighbors(mesh, map, inside, outside)
     type(mesh_t), intent(in) :: mesh
     type(dof_map_t), intent(in) :: map
-    !> numbers of those that this rank owns, and of those of other ranks; shape (number of owned nodes)
+    !> numbers of those that this rank owns, and of those of other ranks, for each owned node in the order of map%local_dofs; shape
+    !> (number of owned nodes)
     integer, allocatable, intent(out) :: inside(:)
     integer, allocatable, intent(out) :: outside(:)
     integer, allocatable :: offsets(:), cells(:), seen_by(:), nodes(:)

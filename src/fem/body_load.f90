@@ -20,10 +20,11 @@ module sig_body_load
 
 contains
 
-  !> Adds a body force to the terms and patterns. Each component is a sum of products of a function of the parameters (a term) and a
-  !> function of the place (its pattern). The deck layer refuses other expressions.
+  !> Adds a body force to terms and pattern. Each component is a sum of products of a function of the parameters and a function of
+  !> the place. The deck layer refuses other expressions. Each product gets a new term, or term 1 if no parameter occurs in it.
   !>
-  !> Errors: unknown region; a function of the place that is not finite at an integration point.
+  !> Errors: an unknown region, or another one that group_of_region refuses; a function of the place that is not finite at an
+  !> integration point.
   subroutine add_body_load(mesh, body, load, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -33,7 +34,7 @@ contains
     character(*), intent(in) :: deck_path
     !> gets the functions of the parameters
     type(term_set_t), intent(inout) :: terms
-    !> gets the nodal forces
+    !> gets the nodal forces where the function of the parameters is 1
     type(load_pattern_t), intent(inout) :: pattern
     type(error_t), allocatable, intent(out) :: error
     type(product_t), allocatable :: products(:)
@@ -66,12 +67,14 @@ contains
     end do
   end subroutine add_body_load
 
-  !> Computes the nodal forces of a body force along one component.
+  !> Computes the nodal forces of a body force along one component: per unit thickness in the plane, over the full turn in
+  !> axisymmetry.
   pure subroutine integrate(mesh, body, cells, component, densities, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
     !> 1-based
     integer, intent(in) :: cells(:)
+    !> 1-based
     integer, intent(in) :: component
     !> [force/length**3] at the integration points of the cells, cell by cell
     real(rk), intent(in) :: densities(:)

@@ -40,10 +40,12 @@ module sig_boundary_conditions
 
 contains
 
-  !> Creates the prescribed displacements of the deck's entries, and their terms. No forces are set.
+  !> Creates the prescribed displacements of the deck's entries, and their terms. No forces are set. If several entries prescribe a
+  !> dof, the first of them gives its terms.
   !>
-  !> Errors: unknown boundary name; a dof that two entries prescribe with different values (expressions differ if their texts do); a
-  !> function of the place that is not finite at a node.
+  !> Errors: an unknown boundary, or another one that nodes_of_boundary refuses; a dof that two entries prescribe with different
+  !> numbers or expressions (see differ); a function of the place that is not finite at a node. A value with one term per node (see
+  !> split_sum) is not evaluated here.
   subroutine create_boundary_conditions(mesh, entries, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     !> section boundary_conditions of the deck
@@ -70,8 +72,8 @@ contains
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
-  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, then one for each term that
-  !> lifted_forces has entries of.
+  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, of which term 1 is always one,
+  !> then one for each term that lifted_forces has entries of.
   pure integer function n_lifted_terms(self)
     class(boundary_conditions_t), intent(in) :: self
 
@@ -99,7 +101,8 @@ contains
     call pattern%add_pattern(self%strain_forces)
   end subroutine get_forces
 
-  !> Returns the nodal forces F(mu) of loads and imposed strains together.
+  !> Returns the nodal forces F(mu) of loads and imposed strains together. Forces that are only rounding are zero in each of the two
+  !> (see load_pattern_t).
   pure function forces(self, theta)
     class(boundary_conditions_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)
@@ -110,8 +113,8 @@ contains
     forces = self%loads%forces(theta, size(forces)) + self%strain_forces%forces(theta, size(forces))
   end function forces
 
-  !> Notes that an entry prescribes one component of nodes; a dof stays with its first entry. Errors: two entries prescribe a dof
-  !> with different values.
+  !> Notes that an entry prescribes one component of nodes; a dof stays with its first entry. Errors: a dof whose first entry gives
+  !> another number or expression (see differ), even if both give the same displacement at the node.
   subroutine claim_dofs(entries, i_entry, i_component, mesh, nodes, deck_path, terms, entry_of_dof, error)
     type(boundary_config_t), intent(in) :: entries(:)
     integer, intent(in) :: i_entry
@@ -133,9 +136,10 @@ contains
         entry_of_dof(i_dof) = i_entry
       else if (differ(entries(other)%displacement(i_component), entries(i_entry)%displacement(i_component))) then
         call make_error(error, 'node ' // to_text(mesh%node_tags(nodes(i))) // ' belongs to ''' // &
-          entries(other)%boundary%text // ''' and ''' // entries(i_entry)%boundary%text // ''', which prescribe different ' // &
-          entries(i_entry)%axes(i_component) // ' displacements there; write the same number or expression', deck_path, &
-          entries(i_entry)%boundary%line, entries(i_entry)%boundary%column)
+          entries(other)%boundary%text // ''' and ''' // entries(i_entry)%boundary%text // ''', whose ' // &
+          entries(i_entry)%axes(i_component) // ' displacements are different numbers or expressions; write the same in both, ' // &
+          'or leave the node out of one of the two groups', deck_path, entries(i_entry)%boundary%line, &
+          entries(i_entry)%boundary%column)
         return
       end if
     end do
@@ -153,8 +157,8 @@ contains
     end if
   end function differ
 
-  !> Lists the prescribed dofs. Then it finds, for each entry and component, the terms and their factors at each dof. Errors: those
-  !> of split_sum.
+  !> Lists the prescribed dofs. Then it finds, for each entry and component, the terms and their factors at those dofs that belong
+  !> to this entry in entry_of_dof. Errors: those of split_sum.
   subroutine collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
     type(mesh_t), intent(in) :: mesh
     type(boundary_config_t), intent(in) :: entries(:)

@@ -34,6 +34,7 @@ contains
     type(mesh_partition_t), intent(in) :: partition
     !> 0-based, in the communicator of the partition
     integer, intent(in) :: rank
+    !> number of ranks of this communicator
     integer, intent(in) :: n_ranks
     type(dof_map_t), intent(out) :: map
     integer :: next_0(0:n_ranks - 1), i_node, i_rank, i_component, i_dof, i_cell
@@ -59,7 +60,7 @@ contains
     end do
   end subroutine create_dof_map
 
-  !> Returns the index of a natural dof in local_dofs, 0 if another rank owns it.
+  !> Returns the index (1-based) of a natural dof in local_dofs, 0 if another rank owns it.
   pure integer function local_index(self, dof)
     class(dof_map_t), intent(in) :: self
     !> natural

@@ -51,7 +51,7 @@ contains
     end do
   end subroutine create
 
-  !> Returns 1/2 u' K u [force*length, force in the plane] over the cells: the energy of (19) where no load acts.
+  !> Returns 1/2 u' K u [force*length, force in the plane] over the cells: the energy of (19) without loads and imposed strains.
   pure real(rk) function strain_energy(self, displacement) result(energy)
     class(domain_energy_t), intent(in) :: self
     !> [length] shape (n_dofs)

@@ -114,7 +114,7 @@ contains
     matrix = cofactors / determinant
   end subroutine invert_transposed
 
-  !> Returns the matrix that gives strains, shears as angles, from nodal displacements.
+  !> Returns the matrix that gives strains, shears as angles, from nodal displacements. Its rows are in the order of model%strains.
   pure function strain_matrix(model, gradients) result(strain)
     type(mechanical_model_t), intent(in) :: model
     !> [1/length] shape (at least n_dim, n_nodes); in axisymmetry the third row is N / r

@@ -58,10 +58,11 @@ contains
     end do
   end subroutine create
 
-  !> Adds the energies of one cell.
+  !> Adds 1/2 int eps_s' C eps_t over one cell to energies(s, t), for all terms s and t of the imposed strains.
   pure subroutine add_cell(mesh, body, i_cell, fields, energies)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: i_cell
     !> imposed strain of each term alone
     type(strain_field_t), intent(in) :: fields(:)

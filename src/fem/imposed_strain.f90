@@ -82,7 +82,8 @@ contains
     call move_alloc(longer, self%parts)
   end subroutine add_part
 
-  !> Makes a new part with those cells of this one that are in a list. The place in the deck is not copied.
+  !> Makes a new part with those cells of this one that are in a list, and their values; it may have none. The place in the deck is
+  !> not copied.
   pure subroutine restrict(self, mesh, body, cells, part)
     class(strain_part_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
@@ -133,11 +134,12 @@ contains
     end do
   end subroutine evaluate
 
-  !> Numbers the integration points: the offsets of strain_field_t.
+  !> Numbers the integration points of the cells that are in some part: computes the offsets of strain_field_t.
   pure subroutine number_points(self, mesh, body, offsets)
     class(imposed_strains_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> shape (n_cells + 1)
     integer, allocatable, intent(out) :: offsets(:)
     logical :: is_strained(mesh%n_cells)
     integer :: i
@@ -166,7 +168,8 @@ contains
     if (self%offsets(i_cell + 1) > self%offsets(i_cell)) strain = self%strains(:, self%offsets(i_cell) + i_point)
   end function at_point
 
-  !> Returns the mean imposed strain of each cell as components of the tensor: shears are half of the angles. Local.
+  !> Returns the mean imposed strain of each cell, weighted by volume, as components of the tensor: shears are half of the angles.
+  !> It is zero where nothing is imposed. Local.
   pure function cell_strains(mesh, body, field) result(means)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

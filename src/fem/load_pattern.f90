@@ -51,7 +51,7 @@ contains
     n_terms = count(has_entries)
   end function n_terms
 
-  !> Adds the entries of another pattern.
+  !> Adds the entries of another pattern behind those that are there.
   pure subroutine add_pattern(self, other)
     class(load_pattern_t), intent(inout) :: self
     type(load_pattern_t), intent(in) :: other
@@ -84,7 +84,7 @@ contains
     call append(self, [dof], [i_term], [1.0_rk])
   end subroutine add_unit
 
-  !> Appends entries.
+  !> Appends entries, one for each element of the three arrays.
   pure subroutine append(self, dofs, terms, values)
     class(load_pattern_t), intent(inout) :: self
     integer, intent(in) :: dofs(:)
@@ -101,7 +101,7 @@ contains
   !> and is set to zero.
   pure function forces(self, theta, n_dofs)
     class(load_pattern_t), intent(in) :: self
-    !> [-] shape (n_terms)
+    !> [-] values of terms 1, 2, ..., at least up to the largest index in self%terms
     real(rk), intent(in) :: theta(:)
     !> number of all dofs
     integer, intent(in) :: n_dofs
@@ -119,7 +119,7 @@ contains
   !> Returns for each dof the sum over its entries of |value * theta|: what `forces` would be if no parts canceled.
   pure function part_sizes(self, theta, n_dofs) result(sizes)
     class(load_pattern_t), intent(in) :: self
-    !> [-] shape (n_terms)
+    !> [-] values of terms 1, 2, ..., at least up to the largest index in self%terms
     real(rk), intent(in) :: theta(:)
     !> number of all dofs
     integer, intent(in) :: n_dofs

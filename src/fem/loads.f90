@@ -17,7 +17,9 @@ contains
 
   !> Makes the pattern of all loads of the deck, and adds their terms behind those that are there.
   !>
-  !> Errors: unknown surface or region; a facet that is not the side of one cell only; a function of the place that is not finite.
+  !> Errors: an unknown surface or region, or another one that group_of_surface or group_of_region refuses; a facet under a pressure
+  !> or traction that is not the side of exactly one cell; a function of the place that is not finite. A value that gets one term
+  !> per loaded dof is not evaluated here.
   subroutine create_loads(mesh, body, loads, deck_path, terms, pattern, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -25,7 +27,7 @@ contains
     type(load_config_t), intent(in) :: loads(:)
     !> for messages
     character(*), intent(in) :: deck_path
-    !> gets the functions of the parameters
+    !> gets functions of the parameters, and single nodal forces (see add_surface_load)
     type(term_set_t), intent(inout) :: terms
     !> the nodal forces
     type(load_pattern_t), intent(out) :: pattern

@@ -38,9 +38,9 @@ contains
     type(value_config_t), intent(in) :: value
     !> names of the coordinates in the expression, shape (n_dim)
     type(string_t), intent(in) :: coordinate_names(:)
-    !> shape (count_points of the cells)
+    !> cell by cell, shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)
-    !> the first cell where a value is not finite; 0 = none
+    !> the first element of `cells` where a value is not finite; 0 = none
     integer, intent(out) :: bad_cell
     type(expression_t) :: expression
     character(:), allocatable :: message
@@ -71,7 +71,7 @@ contains
     integer, intent(in) :: cells(:)
     !> values at all nodes of the mesh, shape (n_nodes)
     real(rk), intent(in) :: nodal(:)
-    !> shape (count_points of the cells)
+    !> cell by cell, shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)
     integer :: i, n
 

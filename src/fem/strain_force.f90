@@ -21,7 +21,7 @@ contains
 
   !> Adds the forces of all parts of the imposed strains to terms and pattern. If the elastic constants of the material are numbers,
   !> a part has one term, that of its strain. Otherwise it has one term with the bulk modulus as a factor and one with the shear
-  !> modulus; a term whose forces are all zero is left out.
+  !> modulus. A term whose forces are all zero is left out. Equal expressions of several parts share one term.
   !>
   !> Errors: strain times modulus is not a valid expression, for example because it is too long.
   subroutine add_strain_forces(mesh, body, deck, strains, terms, pattern, error)
@@ -67,7 +67,7 @@ contains
     has_numbers = material%young_modulus%is_constant .and. material%poisson_ratio%is_constant
   end function has_numbers
 
-  !> Returns the expression of the term that a part belongs to; empty for term 1.
+  !> Returns the expression of the strains' term that a part belongs to; empty for term 1.
   pure function theta_text(strains, part) result(text)
     type(imposed_strains_t), intent(in) :: strains
     type(strain_part_t), intent(in) :: part
@@ -77,7 +77,8 @@ contains
     if (part%term > 1) text = strains%terms%names(part%term)%text
   end function theta_text
 
-  !> Computes the nodal forces of one part of the imposed strains, with theta = 1, for a given matrix of elasticity.
+  !> Computes the nodal forces of one part of the imposed strains, the integral of B' hooke eps* for theta = 1; zeros for a part
+  !> without cells.
   pure subroutine strain_forces(mesh, body, part, hooke, forces)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

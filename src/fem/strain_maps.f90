@@ -31,12 +31,12 @@ module sig_strain_maps
 
 contains
 
-  !> Creates the maps from nodal displacements to the mean strain of each cell, and to the smoothed strain at each node. Local:
-  !> every rank computes every cell.
+  !> Creates the maps from nodal displacements to the mean strain of each cell, and to the smoothed strain at each node. They also
+  !> get the imposed strains: their mean in each cell, and their smoothed value at each node. Local: every rank computes every cell.
   pure subroutine create_strain_maps(mesh, body, imposed, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
-    !> the maps get the means of these strains, too
+    !> may be empty
     type(imposed_strains_t), intent(in) :: imposed
     type(strain_map_t), intent(out) :: of_cells
     type(strain_map_t), intent(out) :: of_nodes
@@ -49,7 +49,7 @@ contains
     call impose(mesh, body, imposed, volumes, of_cells, of_nodes)
   end subroutine create_strain_maps
 
-  !> Creates the map to the mean strains of the cells, and computes their volumes.
+  !> Creates the map to the mean strains of the cells, without imposed strains, and computes the volumes of the cells.
   pure subroutine map_cells(mesh, body, map, volumes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -70,10 +70,12 @@ contains
     end do
   end subroutine map_cells
 
-  !> Computes the gradients of the shape functions at the integration points of a cell, and the volumes of these points.
+  !> Computes the gradients of the shape functions at the integration points of a cell, and the volumes of these points. In the
+  !> plane the third gradient is 0.
   pure subroutine find_gradients(mesh, body, i_cell, gradients)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: i_cell
     type(cell_gradients_t), intent(out) :: gradients
     real(rk) :: place(mesh%n_dim)
@@ -93,7 +95,7 @@ contains
     end associate
   end subroutine find_gradients
 
-  !> Returns the weighted sum of the gradients over the integration points.
+  !> Returns the sum of weight times gradient over the integration points. It is not divided by the sum of the weights.
   pure function weighted(gradients, weights) result(total)
     type(cell_gradients_t), intent(in) :: gradients
     !> [-] weight of each integration point
@@ -108,8 +110,8 @@ contains
     end do
   end function weighted
 
-  !> Chooses for each node the material with the largest volume around it, of nearly equal ones the first; 0 for a node without
-  !> cells.
+  !> Chooses for each node the material with the largest volume around it, of equal ones (up to 1e-8 relative) the first of the
+  !> deck; 0 for a node without cells.
   pure subroutine choose_materials(mesh, body, volumes, materials)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -131,7 +133,8 @@ contains
     materials = [(merge(first_largest(around(:, i)), 0, any(around(:, i) > 0)), i=1, mesh%n_nodes)]
   end subroutine choose_materials
 
-  !> Lists the entries of each node's row: the nodes of all cells around it that have the material of the node.
+  !> Fills map%starts and map%nodes: the row of a node lists each node of those cells around it that have the node's material, once
+  !> and itself included. The row of a node without cells is empty. Requires: map%materials.
   pure subroutine list_neighbors(mesh, body, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -166,7 +169,8 @@ contains
     map%nodes = map%nodes(:last)
   end subroutine list_neighbors
 
-  !> Creates the map to the nodal strains: means, weighted by volume, over the cells around each node that have its material.
+  !> Fills map%gradients of the map to the nodal strains: means, weighted by volume, over the cells around each node that have its
+  !> material. Each cell gives the node a value by node_weights. Requires: list_neighbors.
   pure subroutine map_nodes(mesh, body, volumes, map)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -216,6 +220,7 @@ contains
   pure function node_weights(mesh, body, i_cell, volumes) result(weights)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
+    !> 1-based
     integer, intent(in) :: i_cell
     !> volumes of the integration points
     real(rk), intent(in) :: volumes(:)
@@ -230,7 +235,7 @@ contains
     end associate
   end function node_weights
 
-  !> Adds the gradients of the nodes of one cell to a row of the map.
+  !> Adds gradients that belong to the nodes of one cell to the entries of these nodes in a row of the map.
   pure subroutine add_to_row(map, row, nodes, gradients)
     type(strain_map_t), intent(inout) :: map
     !> number of the row, 1-based
@@ -279,9 +284,9 @@ contains
     allocate (map%imposed(n_stresses, 0), map%imposed_rows(0), map%imposed_terms(0))
   end subroutine start_imposed
 
-  !> Spreads one part of the imposed strains, given at integration points. at_cells gets the mean over each cell of the part.
-  !> at_nodes gets the sum over the part's cells of the node's material: value at the node times volume of the cell. Both are 0
-  !> elsewhere.
+  !> Spreads the values of one part of the imposed strains, given at integration points. at_cells gets the mean over each cell of
+  !> the part. at_nodes gets the sum over the part's cells of the node's material: value at the node times volume of the cell. Both
+  !> are 0 elsewhere. Value times theta is [-].
   pure subroutine spread_part(mesh, body, part, volumes, materials, at_cells, at_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -290,9 +295,9 @@ contains
     real(rk), intent(in) :: volumes(:)
     !> material that counts at each node, shape (n_nodes)
     integer, intent(in) :: materials(:)
-    !> [-] shape (n_cells)
+    !> value, shape (n_cells)
     real(rk), intent(out) :: at_cells(:)
-    !> [length**3, length**2 in the plane] shape (n_nodes)
+    !> value times [length**3, length**2 in the plane], shape (n_nodes)
     real(rk), intent(out) :: at_nodes(:)
     type(cell_gradients_t) :: gradients
     integer, allocatable :: nodes(:)
@@ -321,7 +326,7 @@ contains
   !> Adds one part of the imposed strains to a map, in the rows where its value is not zero.
   pure subroutine add_imposed(part, values, map)
     type(strain_part_t), intent(in) :: part
-    !> [-] value of the part in each row of the map
+    !> value of the part in each row of the map; value times theta is [-]
     real(rk), intent(in) :: values(:)
     type(strain_map_t), intent(inout) :: map
     integer, allocatable :: rows(:)

@@ -37,8 +37,9 @@ contains
 
   !> Creates the imposed strains of the deck. Entries on the same region add up. A region may have several materials.
   !>
-  !> Errors: unknown region; a temperature on a material without thermal_expansion; a function of the place that is not finite at
-  !> an integration point; a product of expressions of the deck that is not valid, for example because it is too long.
+  !> Errors: an unknown region, or another one that group_of_region refuses; a temperature on a material without thermal_expansion;
+  !> a function of the place that is not finite at an integration point; a product of expressions of the deck that is not valid, for
+  !> example because it is too long.
   subroutine create_imposed_strains(mesh, body, deck, fields, strains, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -101,8 +102,9 @@ contains
     end do
   end subroutine add_entry
 
-  !> Returns the products of an isotropic strain: a swelling, or alpha (T - T_ref). Errors: a temperature without thermal_expansion,
-  !> a value that is not finite.
+  !> Returns the products of an isotropic strain: a swelling, or alpha (T - T_ref). Swelling or T is an expression of the deck; for
+  !> an entry with a file it is the factor of the deck times the field of the file, interpolated. Errors: a temperature without
+  !> thermal_expansion; an expression whose function of the place is not finite at a point.
   subroutine isotropic_products(mesh, body, entry, cells, terms, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -136,7 +138,8 @@ contains
   end subroutine isotropic_products
 
   !> Splits a value into products of a function of the parameters and a function of the place, which is evaluated at the integration
-  !> points of the cells. Errors: a value that is not finite.
+  !> points of the cells. Requires: the value is a sum of such products, as check_products of the deck layer makes sure. Errors: a
+  !> function of the place that is not finite at a point.
   subroutine place_products(mesh, body, cells, value, terms, deck_path, products, error)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -167,9 +170,10 @@ contains
     end do
   end subroutine place_products
 
-  !> Adds the product values * factor * of_parameters. The factor does not depend on the coordinates.
+  !> Adds the product values * factor * of_parameters, as add_product does.
   subroutine add_scaled(products, factor, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
+    !> a number or an expression of the parameters
     type(value_config_t), intent(in) :: factor
     !> expression; empty: 1
     character(*), intent(in) :: of_parameters
@@ -185,8 +189,9 @@ contains
     end if
   end subroutine add_scaled
 
-  !> Multiplies all products by a factor that does not depend on the coordinates.
+  !> Multiplies all products by a factor.
   subroutine scale_products(factor, products)
+    !> a number or an expression of the parameters
     type(value_config_t), intent(in) :: factor
     type(point_product_t), allocatable, intent(inout) :: products(:)
     type(point_product_t), allocatable :: scaled(:)
@@ -199,7 +204,7 @@ contains
     call move_alloc(scaled, products)
   end subroutine scale_products
 
-  !> Adds a product. Products with the same function of the parameters are merged into one.
+  !> Adds a product. If there is one with the same text of the function of the parameters, the values are added to it instead.
   subroutine add_product(products, of_parameters, values)
     type(point_product_t), allocatable, intent(inout) :: products(:)
     !> expression; empty: 1
@@ -274,8 +279,8 @@ contains
     call expression%create(text, terms%parameter_names, message)
     call expression%destroy()
     if (allocated(message)) then
-      call make_error(error, 'the imposed strain contains the product ''' // text // ''' of expressions of the deck, which is ' // &
-        'not valid: ' // message, deck_path, part%line, part%column)
+      call make_error(error, 'the imposed strain contains the product ''' // text // ''' of expressions of this strain and ' // &
+        'its material, which is not valid: ' // message, deck_path, part%line, part%column)
     else
       call terms%add_expression(text, part%line, part%column, i_term)
     end if

@@ -40,13 +40,16 @@ module sig_surface_load
 
 contains
 
-  !> Adds a pressure or a traction to the terms and patterns. If a value is no sum of products of a function of the parameters and
-  !> one of the place, or if a bound of the window is not a number, it gets one term per loaded dof.
+  !> Adds pressure and traction of a load to terms and pattern. If a value is no sum of products of a function of the parameters and
+  !> one of the place, or if a bound of the window is not a number, it gets one term per loaded dof. Otherwise each product gets a
+  !> new term, or term 1 if no parameter occurs in it.
   !>
-  !> Errors: unknown surface; a facet that is not the side of exactly one cell; a function of the place that is not finite.
+  !> Errors: an unknown surface, or another one that group_of_surface refuses; a facet that is not the side of exactly one cell; a
+  !> function of the place that is not finite at an integration point inside of the window. A value that gets one term per loaded
+  !> dof is not evaluated here.
   subroutine add_surface_load(mesh, load, deck_path, terms, term_of_dof, pattern, error)
     type(mesh_t), intent(in) :: mesh
-    !> pressure or components of a traction [force/length**2], and their window
+    !> pressure, components of a traction [force/length**2] or both, and their window
     type(load_config_t), intent(in) :: load
     !> for messages
     character(*), intent(in) :: deck_path
@@ -75,14 +78,14 @@ contains
     end do
   end subroutine add_surface_load
 
-  !> Sets +1 for facets whose node order gives the outward normal, else -1. Errors: a facet that is not the side of exactly one
-  !> cell.
+  !> Computes `orientations` of part_t for all facets of the surface. Errors: a facet that is not the side of exactly one cell.
   subroutine orient_facets(mesh, i_group, load, deck_path, orientations, error)
     type(mesh_t), intent(in) :: mesh
     !> index of the surface in mesh%groups
     integer, intent(in) :: i_group
     type(load_config_t), intent(in) :: load
     character(*), intent(in) :: deck_path
+    !> +1 for facets whose node order gives the outward normal, else -1; shape (number of facets of the surface)
     integer, allocatable, intent(out) :: orientations(:)
     type(error_t), allocatable, intent(out) :: error
     type(surface_geometry_t) :: geometry
@@ -139,7 +142,8 @@ contains
     end do
   end subroutine add_part
 
-  !> Computes the nodal forces of a load that does not depend on the parameters. Errors: its value is not finite.
+  !> Computes the nodal forces of a part whose value and window do not depend on the parameters. Errors: its value is not finite at
+  !> an integration point inside of the window.
   subroutine integrate(mesh, part, terms, deck_path, forces, error)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part
@@ -175,7 +179,7 @@ contains
     call expression%destroy()
   end subroutine integrate
 
-  !> Returns the window of a load whose bounds are constants.
+  !> Returns the window of a load whose bounds are constants. A bound that the deck does not give is no bound (see window_t).
   pure type(window_t) function fixed_window(load) result(window)
     type(load_config_t), intent(in) :: load
 
@@ -185,7 +189,8 @@ contains
     if (load%has_maximum) window%maximum = load%maximum%constant
   end function fixed_window
 
-  !> Adds one term per dof on which the load can act, and a source that computes their values. Several such loads share these terms.
+  !> Adds one term per dof on which the part can act, and a source that computes their values. A dof that already has such a term of
+  !> another part keeps it: then both sources add to its value.
   subroutine add_dof_terms(mesh, part, terms, term_of_dof, pattern)
     type(mesh_t), intent(in) :: mesh
     type(part_t), intent(in) :: part
@@ -227,10 +232,13 @@ contains
     call terms%add_source(source)
   end subroutine add_dof_terms
 
-  !> Marks the components of a facet's nodes along which the load has a force, by a 1 in source%dof_terms.
+  !> Marks the components of a facet's nodes along which the load has a force, by a 1 in source%dof_terms. For a pressure these are
+  !> the components that the facet's normals have, wherever the window is.
   pure subroutine mark_components(source, i_facet, n_nodes, component)
     type(term_source_t), intent(inout) :: source
+    !> number of the facet in source%facets, 1-based
     integer, intent(in) :: i_facet
+    !> number of its nodes
     integer, intent(in) :: n_nodes
     !> 0 = pressure, else component of the traction
     integer, intent(in) :: component
@@ -255,6 +263,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     !> natural, 1-based
     integer, intent(in) :: i_node
+    !> of the displacement, 1-based
     integer, intent(in) :: component
     type(term_set_t), intent(inout) :: terms
     !> as in add_surface_load

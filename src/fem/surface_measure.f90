@@ -12,7 +12,8 @@ module sig_surface_measure
 contains
 
   !> Returns for each node the integral of its shape function over the facets: per unit thickness in the plane, with the factor 2 pi
-  !> r in axisymmetry. The value is zero at all other nodes. Local.
+  !> r in axisymmetry. It is zero at nodes of no facet, and zero or negative at corners of some quadratic facets (see
+  !> has_weak_corners). Local.
   pure function nodal_areas(mesh, body, facets) result(areas)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body

@@ -22,11 +22,12 @@ module sig_value_terms
 
 contains
 
-  !> Splits a value at nodes into parts; the value at a node is their sum. If the value is a sum of products of a function of the
-  !> parameters and a function of the place, each product is one part with one term. Otherwise there is one part: it has term 1 for
-  !> a value without parameters, one term for a value without coordinates, and else one term per node.
+  !> Splits a value at nodes into parts; the value at a node is their sum. A value with both parameters and coordinates that is a
+  !> sum of products of a function of the parameters and a function of the place has one part per product. Such a part has one new
+  !> term, or term 1 if no parameter occurs in the product. Any other value is one part: with term 1 if it has no parameters, with
+  !> one new term if it has no coordinates, and else with one new term per node.
   !>
-  !> Errors: a function of the place that is not finite at a node.
+  !> Errors: a function of the place that is not finite at a node. A value with one term per node is not evaluated here.
   subroutine split_sum(mesh, nodes, value, deck_path, terms, parts, error)
     type(mesh_t), intent(in) :: mesh
     !> natural, 1-based
@@ -66,8 +67,8 @@ contains
     end do
   end subroutine split_sum
 
-  !> Splits a value at nodes into terms. A value without parameters belongs to term 1. A value without coordinates is one term. A
-  !> value with both has one term per node.
+  !> Splits a value at nodes into terms. A value without parameters belongs to term 1. A value with parameters but without
+  !> coordinates is one new term. A value with both has one new term per node.
   !>
   !> Errors: a value without parameters that is not finite at a node.
   subroutine split_value(mesh, nodes, value, deck_path, terms, parts, error)
