@@ -104,8 +104,8 @@ contains
       spread(0.0070910034628469110730_rk, 1, 6)]
   end subroutine fourteen_points
 
-  !> Returns n_dim + 1 points of a simplex, one per corner, the origin first: the barycentric coordinate of this corner is
-  !> 1 - n_dim * far, all others are `far`.
+  !> Returns the reference coordinates of n_dim + 1 points of a simplex, one per corner, that of the origin first. The barycentric
+  !> coordinate of a point for its own corner is 1 - n_dim * far, and its others are all `far`.
   pure function corner_points(n_dim, far) result(points)
     integer, intent(in) :: n_dim
     real(rk), intent(in) :: far

@@ -190,7 +190,7 @@ contains
     call widen(conditions%prescribed_values, conditions%n_terms)
   end subroutine collect_terms
 
-  !> Adds the values of one component of an entry to prescribed_values.
+  !> Adds the values of one component of an entry to prescribed_values, which gets columns for all terms until now.
   pure subroutine add_values(dofs, parts, n_terms, conditions)
     !> ascending
     integer, intent(in) :: dofs(:)
