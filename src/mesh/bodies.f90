@@ -9,7 +9,8 @@ module sig_bodies
 
 contains
 
-  !> Finds the body of each node. Bodies are numbered in the order of their lowest node. Cost: nearly linear in the number of cells.
+  !> Finds the body of each node. Two nodes of a cell belong to one body, and so cells with a common node do, too. Bodies are
+  !> numbered in the order of their lowest node. Cost: nearly linear in the number of cells.
   pure subroutine find_bodies(mesh, body_of_node, n_bodies)
     type(mesh_t), intent(in) :: mesh
     !> number of the body of each node, 1-based, shape (n_nodes)
@@ -34,7 +35,8 @@ contains
     end do
   end subroutine find_bodies
 
-  !> Joins the bodies of two nodes in `lowest`, where each node refers to a lower node of its body, and the lowest node to itself.
+  !> Joins the bodies of two nodes (1-based) in `lowest`, where each node refers to a lower node of its body, and the lowest node to
+  !> itself. Nothing changes if both nodes are in one body already.
   pure subroutine join(lowest, first, second)
     integer, intent(inout) :: lowest(:)
     integer, intent(in) :: first, second
@@ -58,7 +60,7 @@ contains
     end do
   end subroutine find_root
 
-  !> Returns the names of all regions that have cells of a body, in the order of the mesh's groups.
+  !> Returns the names of all regions that have at least one cell of a body, in the order of the mesh's groups.
   pure function regions_of_body(mesh, body_of_node, i_body) result(names)
     type(mesh_t), intent(in) :: mesh
     !> of find_bodies

@@ -17,10 +17,13 @@ module sig_cell_quality
 
 contains
 
-  !> Gives every cell a positive volume: the nodes of an inverted cell get another order. Errors: the first cell that is flat (a
-  !> quality below 1e-10) or folded, also by its mid-side nodes; the message has its region, its number in gmsh and its quality.
-  !> This is the determinant of the unit vectors along its edges at the worst corner, or along its reference axes at the worst
-  !> integration point, 1 at right angles. After an error only the cells before this one are corrected.
+  !> Gives every cell a positive volume: the nodes of an inverted cell, whose corner qualities are all negative, get another order.
+  !>
+  !> Errors: the first cell that is flat (a corner's quality has a size below 1e-10), folded (only some corners have a
+  !> negative quality), or folded by its mid-side nodes (a quadratic cell whose quality at an integration point is below 1e-10). The
+  !> message has the cell's region, its number in gmsh and its worst quality: at a corner the determinant of the unit vectors along
+  !> the edges, at an integration point along the reference axes, 1 at right angles. After an error the later cells are not
+  !> corrected.
   pure subroutine orient_cells(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
@@ -50,9 +53,11 @@ contains
     end do
   end subroutine orient_cells
 
-  !> Tabulates the shape functions of the quadratic elements that the mesh has.
+  !> Tabulates the shape functions of the quadratic elements that the mesh has, at the points of quadrature_rule. The tables of
+  !> other elements stay as they are.
   pure subroutine tabulate_curved(mesh, tables)
     type(mesh_t), intent(in) :: mesh
+    !> one for each row of element_types
     type(shape_table_t), intent(inout) :: tables(n_element_types)
     real(rk), allocatable :: points(:, :), weights(:)
     integer :: i_type
@@ -65,10 +70,11 @@ contains
   end subroutine tabulate_curved
 
   !> Returns the quality [-] of a quadratic cell: the smallest determinant of the unit vectors along its reference axes at the
-  !> integration points, at most 1.
+  !> integration points, at most 1. It is negative if the cell is inverted at one of them.
   pure real(rk) function point_quality(mesh, i_cell, table) result(quality)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
+    !> of tabulate_curved, for the type of the cell
     type(shape_table_t), intent(in) :: table
     real(rk) :: directions(mesh%n_dim, mesh%n_dim)
     integer :: i_point, j
@@ -84,6 +90,7 @@ contains
   end function point_quality
 
   !> Returns the determinant of the unit vectors along the edges at each corner: 1 = right angles, 0 = flat, negative = inverted.
+  !> Edges are straight here: mid-side nodes do not count.
   pure function corner_qualities(mesh, i_cell) result(qualities)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -104,7 +111,7 @@ contains
     end do
   end function corner_qualities
 
-  !> Returns the unit vector of a vector; zero for a zero vector.
+  !> Returns a vector divided by its length; zero for a zero vector.
   pure function direction(vector) result(unit)
     real(rk), intent(in) :: vector(:)
     real(rk) :: unit(size(vector))

@@ -56,12 +56,13 @@ module sig_facing_groups
 
 contains
 
-  !> Finds all pairs of named surfaces of different bodies of which one faces the other with at least a fifth of its area. A facet
-  !> counts as facing if the nearest facet of the other surface (by their centers) has a normal within 60 degrees of the opposite
-  !> direction, is not farther away than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or
-  !> 2 times its mean facet size if this is more), overlaps by at most the larger facet size, and no third surface lies between: one
-  !> to which the gap is smaller by more than the facet size. The pairs are in the order of the groups. A surface with elements on
-  !> both sides is left out.
+  !> Finds all pairs of named surfaces without a common body of which one faces the other with at least a fifth of its area. The
+  !> pairs are in the order of the groups; in each pair the surface with the larger share of facing area is the first one. Surfaces
+  !> without facets are left out, and so are those with a facet that is not a side of exactly one cell.
+  !>
+  !> A facet faces the other surface if gaps_between finds a gap, and no third surface lies between. A third surface lies between if
+  !> it has no body in common with the facet's surface, and the gap to it is smaller by more than the mean facet size of the facet's
+  !> surface.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)
@@ -88,7 +89,7 @@ contains
     end do
   end subroutine find_facing_groups
 
-  !> Whether both surfaces belong to one body; also true for one surface.
+  !> Whether some body has nodes of both surfaces; also true if both are the same surface.
   pure logical function have_common_body(one, other)
     type(surface_t), intent(in) :: one
     type(surface_t), intent(in) :: other
@@ -97,7 +98,8 @@ contains
     have_common_body = any([(any(other%bodies == one%bodies(i)), i=1, size(one%bodies))])
   end function have_common_body
 
-  !> Measures the named surfaces without elements on both sides.
+  !> Measures the named surfaces, in the order of the groups. Surfaces without facets are left out, and so are those with a facet
+  !> that is not a side of exactly one cell.
   subroutine measure_surfaces(mesh, surfaces)
     type(mesh_t), intent(in) :: mesh
     type(surface_t), allocatable, intent(out) :: surfaces(:)
@@ -118,12 +120,14 @@ contains
     end do
   end subroutine measure_surfaces
 
-  !> Returns the data of one surface; nothing faces it yet.
+  !> Returns the data of one surface; its least gaps are huge, because nothing faces it yet.
   function surface_of(mesh, i_group, geometry, body_of_node) result(surface)
     type(mesh_t), intent(in) :: mesh
+    !> index in mesh%groups
     integer, intent(in) :: i_group
+    !> of measure_surface, without an inner facet
     type(surface_geometry_t), intent(in) :: geometry
-    !> shape (n_nodes)
+    !> of find_bodies, shape (n_nodes)
     integer, intent(in) :: body_of_node(:)
     type(surface_t) :: surface
     integer :: i
@@ -149,13 +153,18 @@ contains
 
   !> Returns the diagonal [length] of the box around points.
   pure real(rk) function length_of(points)
+    !> [length] shape (n_dim, n_points)
     real(rk), intent(in) :: points(:, :)
 
     length_of = norm2(maxval(points, dim=2) - minval(points, dim=2))
   end function length_of
 
-  !> Returns the gap [length] of each facet of a surface to the nearest facet of another surface, along the normal of the first one;
-  !> huge where they do not face each other.
+  !> Returns the gap [length] of each facet of a surface to another surface: the distance to the center of the facet whose center is
+  !> nearest, along the facet's own outward normal, negative where both overlap.
+  !>
+  !> The gap is huge if the normals of both facets are not within 60 degrees of opposite directions, if their centers are farther
+  !> apart than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or 2 times its mean facet
+  !> size if this is more), or if they overlap by more than the larger mean facet size of both surfaces.
   pure function gaps_between(surface, other) result(gaps)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other
@@ -174,8 +183,8 @@ contains
     end do
   end function gaps_between
 
-  !> Computes the share of a surface's area that faces another surface, and the gaps there. Where nothing faces the share is 0, and
-  !> the gaps must not be used.
+  !> Returns the pair with `surface` as the first one: the share of its area that faces the other surface, and the gaps there. Where
+  !> nothing faces the share is 0, and the gaps must not be used. Requires: surface%least_gap counts all surfaces of other bodies.
   pure type(facing_groups_t) function face(surface, other) result(pair)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other

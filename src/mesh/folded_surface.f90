@@ -23,7 +23,7 @@ contains
 
   !> Checks one surface. Errors: two nodes of the surface are at most 1e-3 of geometry%mesh_size apart, have opposite averaged
   !> normals (at least 120 degrees between them) and face each other or lie at the same place. The nodes on both sides of a thin
-  !> plate face away from each other and are no error. Nothing is checked if a node has no averaged normal.
+  !> plate face away from each other and are no error. Nothing is checked if any node of the surface has no averaged normal.
   pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     !> contact entry, for messages
@@ -32,7 +32,7 @@ contains
     type(name_config_t), intent(in) :: surface
     !> group of the surface in the mesh
     integer, intent(in) :: i_group
-    !> of measure_surface
+    !> of measure_surface, without an inner facet
     type(surface_geometry_t), intent(in) :: geometry
     type(error_t), allocatable, intent(out) :: error
     type(k_d_tree_t) :: tree

@@ -37,7 +37,7 @@ module sig_mesh
     integer, allocatable :: cell_nodes(:)
     !> gmsh's element numbers of the cells, for messages, shape (n_cells)
     integer, allocatable :: cell_tags(:)
-    !> types, offsets and nodes of the named facets, as those of the cells
+    !> types, offsets and nodes of the facets of physical groups, as those of the cells
     integer, allocatable :: facet_types(:)
     integer, allocatable :: facet_offsets(:)
     integer, allocatable :: facet_nodes(:)
@@ -56,7 +56,7 @@ module sig_mesh
 
 contains
 
-  !> Returns the nodes of one cell, in the element's order.
+  !> Returns the nodes of one cell (1-based), in the element's order.
   pure function nodes_of_cell(mesh, i_cell) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
@@ -65,7 +65,7 @@ contains
     nodes = mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1))
   end function nodes_of_cell
 
-  !> Returns the nodes of one named facet, in the element's order.
+  !> Returns the nodes of one facet (1-based), in the element's order.
   pure function nodes_of_facet(mesh, i_facet) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -95,6 +95,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     !> the first offset is 0, shape (n_nodes + 1)
     integer, allocatable, intent(out) :: offsets(:)
+    !> 1-based
     integer, allocatable, intent(out) :: cells(:)
     integer :: i_cell, i_node, n
     integer, allocatable :: next(:)

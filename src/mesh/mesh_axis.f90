@@ -11,8 +11,8 @@ module sig_mesh_axis
 
 contains
 
-  !> Sets a negative x that is only a rounding error to 0. Errors: the node with the lowest x, if it is behind the axis by more than
-  !> 1e-12 of the largest coordinate.
+  !> Sets a negative x that is only a rounding error to 0. Errors: the lowest x is below -1e-12 times the largest size of a
+  !> coordinate; the message names this node, and no x is changed.
   pure subroutine check_radii(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages
@@ -34,7 +34,7 @@ contains
 
   !> Whether an edge has a node on the axis, that is, at most 1e-9 of its largest radius away from it.
   pure logical function ends_on_axis(radii)
-    !> [length] radii of the edge's nodes
+    !> [length] radii of the edge's nodes, not negative
     real(rk), intent(in) :: radii(:)
     !> [-] share of the largest radius
     real(rk), parameter :: rounding = 1.0e-9_rk

@@ -79,7 +79,8 @@ contains
     end do
   end subroutine broadcast_groups
 
-  !> Sends an array of rank 0, which may be unallocated; then it is unallocated on all ranks. Collective on comm.
+  !> Sends an array of rank 0 to all other ranks, where it replaces `values`. If it is not allocated on rank 0, it is then not
+  !> allocated on any rank. Collective on comm.
   subroutine broadcast_integers(values, comm, ierr)
     integer, allocatable, intent(inout) :: values(:)
     MPI_Comm, intent(in) :: comm

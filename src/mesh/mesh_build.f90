@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Builds the mesh from the content of a gmsh file: the named cells and facets, each once, and the nodes of the cells.
+!> Builds the mesh from the content of a gmsh file: the cells and facets of physical groups, each once, and the nodes of the cells.
 module sig_mesh_build
   use sig_element_types, only: element_type_of_gmsh, element_types
   use sig_errors, only: error_t, make_error
@@ -17,11 +17,13 @@ module sig_mesh_build
 
 contains
 
-  !> Builds the mesh. Elements of the same type and nodes count once; nodes without a cell, and facets with such a node, are left
-  !> out; the order of the file is kept. The orientation of the cells is not checked, and file_hash is not set. Local.
+  !> Builds the mesh from the elements in physical groups. Elements of the same type and nodes count once; nodes without a cell, and
+  !> facets with such a node, are left out; the order of the file is kept. The orientation of the cells is not checked, and
+  !> file_hash is not set. Local.
   !>
-  !> Errors: the largest dimension of the elements in physical groups is not n_dim, or there are none; cells in an unnamed group;
-  !> a plane mesh that is not in a plane z = const; those of check_mid_nodes.
+  !> Errors: the largest dimension of the elements in physical groups is not n_dim, or there are none; cells in an unnamed group,
+  !> also if a named one has them, too; those of check_mid_nodes; a plane mesh that is not in a plane z = const (z varies by more
+  !> than 1e-9 of the mesh's size). Then the mesh is not complete.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model
@@ -82,8 +84,8 @@ contains
     if (found == n_dim) return
     if (found < 0) then
       call make_error(error, 'the mesh has no element of a physical group', file=path, &
-                      hint='give each region and each boundary a name in the .geo file: Physical ' // region_word(n_dim) // &
-                      '("lower") = {1};')
+                      hint='in the .geo file, name each region (Physical Surface("lower") = {1}; or Physical Volume) and each ' // &
+                      'boundary, and mesh it again')
     else
       call make_error(error, 'the model needs a mesh of dimension ' // to_text(n_dim) // &
                       ', but the largest dimension of elements with a physical group is ' // to_text(found), file=path, &
@@ -96,9 +98,9 @@ contains
     character(:), allocatable :: hint
 
     hint = ''
-    if (found > n_dim) hint = 'mesh.model of the deck and the mesh must fit; a plane model takes triangles and quadrilaterals'
+    if (found > n_dim) hint = 'a mesh of volumes needs mesh.model: solid; the other models take triangles and quadrilaterals'
     if (found < n_dim) hint = 'give each region a name in the .geo file (Physical ' // region_word(n_dim) // &
-      '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim)
+      '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim) // '; a mesh of the plane needs another mesh.model than solid'
   end function dimension_hint
 
   !> Returns gmsh's word for regions: Surface in the plane, Volume in space.
@@ -133,9 +135,9 @@ contains
   pure subroutine number_cells(raw, n_dim, cell_of_element, node_of_raw_node)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
-    !> number of the cell of each element; 0 for other elements
+    !> number of the cell of each element of the file; 0 for other elements
     integer, allocatable, intent(out) :: cell_of_element(:)
-    !> number of each node; 0 for nodes without a cell
+    !> number in the mesh of each node of the file; 0 for nodes without a cell
     integer, allocatable, intent(out) :: node_of_raw_node(:)
     integer :: i_element, i_node, n
 
@@ -156,14 +158,14 @@ contains
     end do
   end subroutine number_cells
 
-  !> Numbers the elements of one dimension whose nodes all belong to cells, 1, 2, ... in the order of the file. Elements of the same
-  !> type on the same nodes get the same number.
+  !> Numbers the elements of one dimension, 1, 2, ... in the order of the file, but only those whose nodes all count. Elements of
+  !> the same type on the same nodes, in any order, get the same number.
   pure subroutine number_elements(raw, n_dim, node_of_raw_node, number_of_element)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
-    !> not 0 for nodes of cells
+    !> 0 for the nodes that do not count, shape (n_nodes of the file): none for cells, those without a cell for facets
     integer, intent(in) :: node_of_raw_node(:)
-    !> number of each element; 0 for other elements
+    !> number of each element of the file; 0 for other elements
     integer, allocatable, intent(out) :: number_of_element(:)
     !> last numbered element whose smallest node is this one, and the one before it: short chains, so that not all pairs are
     !> compared
@@ -260,6 +262,7 @@ contains
     !> number of elements that were copied
     integer, intent(out) :: n_kept
     integer, allocatable, intent(out) :: types(:), offsets(:), nodes(:)
+    !> gmsh's element numbers
     integer, allocatable, intent(out), optional :: tags(:)
     integer, allocatable :: first_element(:)
     integer :: i, i_element, n
@@ -284,10 +287,13 @@ contains
     if (present(tags)) tags = raw%element_tags(first_element)
   end subroutine copy_elements
 
-  !> Makes mesh%groups: one group for each physical group that has a name, in the file's order; a deck cannot use the others.
+  !> Makes mesh%groups: one group for each physical group that has a name, also if it has no elements, in the file's order. A deck
+  !> cannot use the others.
   pure subroutine build_groups(raw, cell_of_element, facet_of_element, node_of_raw_node, mesh)
     type(raw_mesh_t), intent(in) :: raw
+    !> of number_cells and number_elements
     integer, intent(in) :: cell_of_element(:), facet_of_element(:), node_of_raw_node(:)
+    !> with n_dim, n_cells and n_facets
     type(mesh_t), intent(inout) :: mesh
     integer :: i, i_group, n_named
     integer :: members_before(raw%n_groups + 1), elements(size(raw%member_elements))
@@ -314,10 +320,13 @@ contains
     end do
   end subroutine build_groups
 
-  !> Sorts the elements by groups: those of group g are elements(members_before(g) + 1 : members_before(g + 1)).
+  !> Sorts the elements of the file by groups: those of group g are elements(members_before(g) + 1 : members_before(g + 1)),
+  !> 1-based. An element of several groups is there several times.
   pure subroutine sort_members(raw, members_before, elements)
     type(raw_mesh_t), intent(in) :: raw
+    !> shape (n_groups + 1)
     integer, intent(out) :: members_before(:)
+    !> shape (number of memberships)
     integer, intent(out) :: elements(:)
     integer :: i_group, m, next(size(members_before))
 
@@ -337,11 +346,13 @@ contains
     end do
   end subroutine sort_members
 
-  !> Lists the nodes (numbers in the mesh) of elements of the file, each once, ascending. Elements with a node that belongs to no
+  !> Lists the nodes (numbers in the mesh) of elements of the file, each once, ascending. Elements with any node that belongs to no
   !> cell do not count.
   pure subroutine collect_nodes(raw, elements, node_of_raw_node, nodes, n_left_out)
     type(raw_mesh_t), intent(in) :: raw
+    !> 1-based, in the file
     integer, intent(in) :: elements(:)
+    !> of number_cells
     integer, intent(in) :: node_of_raw_node(:)
     integer, allocatable, intent(out) :: nodes(:)
     !> number of elements that do not count

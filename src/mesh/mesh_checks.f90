@@ -13,6 +13,7 @@ module sig_mesh_checks
 contains
 
   !> Finds the material of each cell. Errors: a region that group_of_region refuses, a cell with two materials, a cell without one.
+  !> Then material_of_cell is not complete.
   pure subroutine material_of_cells(mesh, materials, deck_path, material_of_cell, error)
     type(mesh_t), intent(in) :: mesh
     !> section materials of the deck
@@ -83,7 +84,8 @@ contains
                     hint='add one of its regions to the regions of a material; other cells may lack one, too')
   end subroutine refuse_bare_cell
 
-  !> Finds the nodes of a named boundary, ascending. The name may belong to facets, edges or points, but not to a region.
+  !> Finds the nodes of a named boundary, ascending. This is a group of facets, edges or points; a region of the same name does not
+  !> count.
   !>
   !> Errors: unknown name, the name of a region only, a name of several such groups, a group without nodes, an element of the
   !> group with a node that belongs to no cell of a named region. The error has the name's place in the deck; then `nodes` is not
@@ -103,7 +105,7 @@ contains
   end subroutine nodes_of_boundary
 
   !> Finds the nodes of a zone of interest, ascending: those of its boundary that lie in its window, or all without a window.
-  !> Errors: as nodes_of_boundary, and a window without nodes.
+  !> Errors: as nodes_of_boundary, and a window without nodes. Then `nodes` is not allocated or empty.
   pure subroutine nodes_of_zone(mesh, zone, deck_path, nodes, error)
     type(mesh_t), intent(in) :: mesh
     type(zone_config_t), intent(in) :: zone
@@ -111,8 +113,8 @@ contains
     !> 1-based
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] share of the boundary's extent: a node that is outside of the window by at most this counts as inside, because
-    !> coordinates are rounded
+    !> [-] share of the boundary's extent along the window's axis: a node that is outside of the window by at most this counts as
+    !> inside, because coordinates are rounded
     real(rk), parameter :: node_tolerance = 1.0e-9_rk
     integer, allocatable :: all_nodes(:)
     logical, allocatable :: is_inside(:)
@@ -131,11 +133,11 @@ contains
     nodes = pack(all_nodes, is_inside)
     if (size(nodes) == 0) call make_error(error, 'no node of ''' // zone%boundary%text // ''' lies in the window of ' // &
       'this entry of reduction.zones_of_interest', deck_path, zone%boundary%line, zone%boundary%column, &
-      hint='take a larger window, or leave the window out')
+      hint='correct axis, min or max of the window (in units.length), or leave the window out')
   end subroutine nodes_of_zone
 
-  !> Finds the index in mesh%groups of a named surface, a group of facets; 0 on an error. Errors: as nodes_of_boundary, and a name
-  !> that is not one of facets.
+  !> Finds the index in mesh%groups of a named surface, a group of facets; 0 on an error. Errors: as nodes_of_boundary, but only
+  !> groups of facets count.
   pure subroutine group_of_surface(mesh, surface, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: surface
@@ -146,8 +148,8 @@ contains
     call find_name(mesh, surface, mesh%n_dim - 1, mesh%n_dim - 1, 'surface', deck_path, i_group, error)
   end subroutine group_of_surface
 
-  !> Finds the index in mesh%groups of a named region, a group of cells; 0 on an error. Errors: a name that is not one of cells, and
-  !> otherwise as nodes_of_boundary.
+  !> Finds the index in mesh%groups of a named region, a group of cells; 0 on an error. Errors: no such region, several of this
+  !> name, or a region without cells.
   pure subroutine group_of_region(mesh, region, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: region
@@ -187,12 +189,13 @@ contains
                       "' that could be this " // noun, file=deck_path, line=name%line, column=name%column, &
                       hint='give each its own name in the .geo file')
     else if (size(mesh%groups(i_group)%nodes) == 0) then
-      call make_error(error, "the " // noun // " '" // name%text // "' of the mesh touches no cell of a named region", &
-                      file=deck_path, line=name%line, column=name%column, &
-                      hint='in the .geo file, give the region next to it a name, and join both into one mesh (Coherence)')
+      call make_error(error, "the " // noun // " '" // name%text // "' of the mesh has no element whose nodes all belong to " // &
+                      'cells of named regions', file=deck_path, line=name%line, column=name%column, &
+                      hint='see that the mesh has elements of this group; in the .geo file, give the region next to it a ' // &
+                      'name, and join both into one mesh (Coherence)')
     else if (mesh%groups(i_group)%n_left_out > 0) then
-      call make_error(error, 'elements of the ' // noun // " '" // name%text // "' that touch no cell of a named region: " // &
-                      to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &
+      call make_error(error, 'elements of the ' // noun // " '" // name%text // "' with a node that no cell of a named region " // &
+                      'has: ' // to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &
                       hint='in the .geo file, give the region next to them a name, and join both into one mesh (Coherence)')
     end if
     if (allocated(error)) i_group = 0

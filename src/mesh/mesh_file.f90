@@ -70,13 +70,13 @@ contains
       call make_error(error, unreadable_mesh // ' ''' // path // ''': ' // system_reason(sizes(1)), file=path)
     case default
       call make_error(error, 'not enough memory to read the mesh file', file=path, &
-        hint='one rank reads the whole mesh: more ranks do not help')
+        hint='one rank reads the whole mesh: take a machine with more memory or a coarser mesh; more ranks do not help')
     end select
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
 
-  !> Makes the error of a file that the C functions refused, with their message and its line. The line is 0 in a binary file, and
-  !> for a fault without a place.
+  !> Makes the error of a file that the C functions refused, with their message and the line of the fault. The line is 0 in a binary
+  !> file, and for a fault without a place.
   subroutine report_invalid(handle, path, error)
     !> of sig_gmsh_read or sig_gmsh_read_fields, which returned gmsh_invalid
     type(c_ptr), intent(in) :: handle

@@ -21,7 +21,7 @@ module sig_mesh_load
 contains
 
   !> Loads the mesh: rank 0 reads and checks it, and all ranks get the mesh or the error. Errors: those of read_mesh, and in an
-  !> axisymmetric model those of check_radii. Collective on comm.
+  !> axisymmetric model those of check_radii; then `mesh` must not be used. Collective on comm.
   subroutine load_mesh(config, deck_path, length_factor, comm, mesh, error, ierr)
     !> section mesh of the deck
     type(mesh_config_t), intent(in) :: config
@@ -48,7 +48,8 @@ contains
     PetscCall(broadcast_mesh(mesh, comm, ierr))
   end subroutine load_mesh
 
-  !> Gives the error of a mesh file that cannot be read the place in the deck that names the file; another error stays as it is.
+  !> Sets file, line and column of an error to the place in the deck that names the mesh file, if the error says that this file
+  !> cannot be read (unreadable_mesh). Another error stays as it is.
   subroutine blame_deck(config, deck_path, error)
     type(mesh_config_t), intent(in) :: config
     character(*), intent(in) :: deck_path

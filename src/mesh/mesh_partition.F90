@@ -20,10 +20,11 @@ contains
   !> Chooses an owner among the ranks of comm for each node and each cell. Collective on comm.
   !>
   !> METIS partitions the graph of the nodes, in which the two nodes of each pair are one vertex. With fewer than 4 vertices per
-  !> rank, or if METIS leaves a rank without nodes, each rank gets consecutive vertices instead. Rank 0 does this and sends the
-  !> result. A cell belongs to the rank that owns most of its nodes, and to the lowest of several such ranks.
+  !> rank, or if METIS leaves a rank without nodes, each rank gets consecutive vertices instead, about equally many; with more ranks
+  !> than vertices some get none. Rank 0 does this and sends the result. A cell belongs to the rank that owns most of its nodes, and
+  !> to the lowest of several such ranks.
   !>
-  !> Errors by ierr: the lists of pairs have different sizes; METIS fails.
+  !> Errors by ierr: the lists of pairs have different sizes; METIS fails, or there is not enough memory.
   subroutine partition_mesh(mesh, pair_first, pair_second, comm, partition, ierr)
     type(mesh_t), intent(in) :: mesh
     !> first and second node of each pair, 1-based, same size; no node is there twice
@@ -75,7 +76,7 @@ contains
     end do
   end subroutine share_cells
 
-  !> Returns the number that occurs most often, and the lowest of several such numbers.
+  !> Returns the number that occurs most often, and the lowest of several such numbers. There must be at least one number.
   pure integer function most_frequent(numbers) result(winner)
     integer, intent(in) :: numbers(:)
     integer :: i, n, n_most

@@ -13,10 +13,11 @@ module sig_mesh_read
 
 contains
 
-  !> Reads and checks a mesh. Local. Errors: those of read_raw_mesh, build_mesh and orient_cells.
+  !> Reads a gmsh file and returns a checked mesh with file_hash. Local. Errors: those of read_raw_mesh, build_mesh and
+  !> orient_cells; then `mesh` must not be used.
   subroutine read_mesh(path, n_dim, length_factor, mesh, error)
     character(*), intent(in) :: path
-    !> 2 or 3: dimension of the model; 0: that of the mesh, at least 2
+    !> 2 or 3: dimension of the model; 0: the largest dimension of the elements in physical groups, but at least 2
     integer, intent(in) :: n_dim
     !> factor for all coordinates [units.length / mesh.length_unit]
     real(rk), intent(in) :: length_factor

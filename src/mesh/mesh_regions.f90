@@ -9,7 +9,7 @@ module sig_mesh_regions
 
 contains
 
-  !> Returns the names of the regions, that is, of the groups of cells, in the order of their numbers.
+  !> Returns the names of the regions, that is, of the groups of cells, in the order of the mesh's groups.
   pure function region_names(mesh) result(names)
     type(mesh_t), intent(in) :: mesh
     type(string_t), allocatable :: names(:)
@@ -21,7 +21,8 @@ contains
     end do
   end function region_names
 
-  !> Returns the number of the region of each cell, 1-based; a cell of several regions gets the lowest number.
+  !> Returns the number of the region of each cell, its 1-based place in region_names; a cell of several regions gets the lowest
+  !> number.
   pure function regions_of_cells(mesh) result(regions)
     type(mesh_t), intent(in) :: mesh
     integer :: regions(mesh%n_cells)

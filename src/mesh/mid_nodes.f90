@@ -42,9 +42,10 @@ module sig_mid_nodes
 
 contains
 
-  !> Checks the middle nodes. Local. Cost: linear in the number of elements; a mesh without quadratic elements is not searched.
-  !> Errors: two cells, or a cell and an element of lower dimension, do not have the same node in the middle of a common edge or
-  !> face, or only one of them has a node there.
+  !> Checks the middle nodes of the elements in physical groups. Local. Cost: linear in the number of elements; a mesh without
+  !> quadratic elements is not searched. Errors: two cells, or a cell and an element of lower dimension, have different nodes in the
+  !> middle of a common edge or face, or only one of them has a node there. Elements of lower dimension are not compared with each
+  !> other.
   pure subroutine check_mid_nodes(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     !> dimension of the cells
@@ -86,8 +87,9 @@ contains
     end do
   end function has_quadratic
 
-  !> Returns the edges and faces of a type. They are found from the element of the same shape with most nodes. The node inside of a
-  !> cell is left out, because other elements do not have it.
+  !> Returns the edges and faces of an element type, each with the node that the type has in its middle (0 = none). They are found
+  !> from the element of the same shape with most nodes. An element of lower dimension than the cells counts itself as an edge or
+  !> face; a cell does not, because no other element has the node inside of it.
   pure function middles_of(i_type, n_dim) result(middles)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -139,7 +141,7 @@ contains
     end associate
   end subroutine compare_element
 
-  !> Returns the numbers in ascending order; no number may occur twice.
+  !> Returns the numbers in ascending order. Requires: no number occurs twice.
   pure function ascending(numbers) result(sorted)
     integer, intent(in) :: numbers(:)
     integer :: sorted(size(numbers))
@@ -150,10 +152,10 @@ contains
     end do
   end function ascending
 
-  !> Returns the index of an edge or face in `seen`; 0 if no cell before had it.
+  !> Returns the index of an edge or face in `seen`; 0 if no cell before had an edge or face with these corners.
   pure integer function place_of(seen, corners) result(i_seen)
     type(seen_t), intent(in) :: seen
-    !> nodes of the file, ascending, filled up with 0
+    !> corners of the edge or face: nodes of the file, ascending, filled up with 0
     integer, intent(in) :: corners(most_corners)
 
     i_seen = seen%last_at_node(corners(1))
@@ -201,8 +203,8 @@ contains
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
-  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh and its first physical group, if that has a
-  !> name.
+  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh and its first physical group; `the T6 17` if
+  !> that has no name.
   pure function element_text(raw, i_element) result(text)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element

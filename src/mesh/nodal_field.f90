@@ -24,8 +24,8 @@ module sig_nodal_field
 
 contains
 
-  !> Reads the field of an imposed strain, which must have a value at every node of the strain's region. If the file has several
-  !> values of a node, the first one counts. Local.
+  !> Reads the field of an imposed strain, which must have a finite value at every node of the strain's region; the values at other
+  !> nodes are not checked. If the file has several values of a node, the first one counts. Requires: strain%has_field. Local.
   !>
   !> Errors: a region that group_of_region refuses; those of read_raw_field; a value at a node that the mesh does not have; if the
   !> file has coordinates, a wrong shape of them or a node at another place than in the mesh; a node of the region without a finite
@@ -53,13 +53,14 @@ contains
     if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
-  !> Assigns the values of the file to the nodes of the mesh: `values` as in nodal_field_t, the first of several values of a node.
-  !> Errors: a value at a node that the mesh does not have.
+  !> Assigns the values of the file to the nodes of the mesh, the first one if a node has several. Errors: a value at a node that
+  !> the mesh does not have.
   subroutine place_values(mesh, raw, config, deck_path, values, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
     type(field_config_t), intent(in) :: config
     character(*), intent(in) :: deck_path
+    !> NaN at nodes without a value in the file, shape (n_nodes)
     real(rk), allocatable, intent(out) :: values(:)
     type(error_t), allocatable, intent(out) :: error
     integer :: i, i_node, n_unknown, order(mesh%n_nodes)
@@ -76,14 +77,15 @@ contains
       end if
     end do
     if (n_unknown > 0) call make_error(error, 'the field ''' // config%name%text // ''' has a value at node ' // &
-      to_text(raw%tags(n_unknown)) // ', which no cell of the mesh has: does it belong to another mesh? (' // &
-      to_text(size(raw%tags)) // ' nodes; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, &
+      to_text(raw%tags(n_unknown)) // ', which no cell of a named region has: does the field belong to another mesh? (' // &
+      to_text(size(raw%tags)) // ' nodes have values; the mesh has ' // to_text(mesh%n_nodes) // ')', deck_path, config%name%line, &
       config%name%column)
   end subroutine place_values
 
   !> Checks that the nodes of the file, if it has coordinates, are at the same places as in the mesh, because another mesh may have
-  !> the same node numbers. Nodes that the mesh lacks do not count. Errors: a wrong shape of the coordinates; one that differs from
-  !> the mesh's by more than 1e-6 of the mesh's largest coordinate.
+  !> the same node numbers. Nodes that the mesh lacks do not count, nor do components beyond n_dim. Errors: the number of places is
+  !> not that of node numbers, or a place has fewer than n_dim components; a coordinate differs from the mesh's by more than 1e-6 of
+  !> the mesh's largest coordinate in size.
   subroutine check_places(mesh, raw, config, deck_path, error)
     type(mesh_t), intent(in) :: mesh
     type(raw_field_t), intent(in) :: raw
@@ -146,12 +148,12 @@ contains
     end associate
   end subroutine check_region
 
-  !> Finds the order in which the tags ascend, by merging: tags(order) ascends, equal tags keep their order.
+  !> Finds the order in which the tags ascend, by merging: then tags(order) ascends, and equal tags keep their order.
   pure recursive subroutine sort_tags(tags, order, is_part)
     integer, intent(in) :: tags(:)
-    !> indices in tags
+    !> indices in tags, 1-based
     integer, intent(inout) :: order(:)
-    !> present: the indices in `order` are sorted; absent: all indices 1 to size(order)
+    !> present: `order` has the indices to sort; absent: `order` is first filled with 1 to size(order). The value does not count
     logical, intent(in), optional :: is_part
     integer :: half(size(order) / 2), i, j, k
 
@@ -176,9 +178,9 @@ contains
     end do
   end subroutine sort_tags
 
-  !> Returns the node with a tag; 0 if there is none.
+  !> Returns the node (1-based) with a tag; 0 if there is none.
   pure integer function node_with_tag(tags, order, tag) result(i_node)
-    !> tag of each node, and the order of sort_tags; not empty
+    !> tag of each node, and the order of sort_tags, both shape (n_nodes); not empty
     integer, intent(in) :: tags(:)
     integer, intent(in) :: order(:)
     integer, intent(in) :: tag

@@ -37,10 +37,11 @@ module sig_nodal_field_file
 
 contains
 
-  !> Reads a field. A file whose name ends in .h5 or .hdf5 is an HDF5 file, any other one a gmsh file. Local.
+  !> Reads a field. A file whose name ends in .h5 or .hdf5 (lower case) is an HDF5 file, any other one a gmsh file. Local.
   !>
-  !> Errors: a file that cannot be read, or not enough memory; no field of this name, or several; more than one number per node. In
-  !> an HDF5 file also: no node_tags, or another number of them than of values; what sig_hdf5_reader refuses.
+  !> Errors: a file that cannot be read, or not enough memory; what the reader of gmsh files or sig_hdf5_reader refuses; no field of
+  !> this name; more than one number per node. In a gmsh file also: several fields of this name. In an HDF5 file also: no node_tags,
+  !> or another number of them than of values.
   subroutine read_raw_field(config, deck_path, field, error)
     !> file and name of the field
     type(field_config_t), intent(in) :: config
@@ -146,8 +147,10 @@ contains
     end if
   end subroutine copy_field
 
-  !> Copies numbers and places of the nodes of a mesh in the same file as the field; none if the file has no nodes.
+  !> Copies numbers and places of the nodes in $Nodes of the field's file to place_tags and coordinates, which stay unallocated if
+  !> the file has no nodes.
   subroutine copy_places(handle, field)
+    !> of sig_gmsh_read_fields
     type(c_ptr), intent(in) :: handle
     type(raw_field_t), intent(inout) :: field
     integer(c_int) :: sizes(5)

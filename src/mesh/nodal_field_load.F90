@@ -16,8 +16,8 @@ module sig_nodal_field_load
 
 contains
 
-  !> Loads the fields: rank 0 reads and checks them, and all ranks get the fields or the error. Errors: those of read_nodal_field.
-  !> Collective on comm.
+  !> Loads the fields: rank 0 reads and checks them, and all ranks get the fields or the error. Errors: those of read_nodal_field,
+  !> for the first entry that has one; then `fields` is not complete. Collective on comm.
   subroutine load_nodal_fields(mesh, strains, deck_path, length_factor, comm, fields, error, ierr)
     type(mesh_t), intent(in) :: mesh
     !> section imposed_strains of the deck

@@ -9,7 +9,8 @@ module sig_node_graph
 
 contains
 
-  !> Gives each node its vertex. Vertices are numbered in the order of their lowest node.
+  !> Gives each node its vertex: both nodes of a pair have one vertex, any other node has its own. Vertices are numbered in the
+  !> order of their lowest node.
   pure subroutine merge_pairs(n_nodes, pair_first, pair_second, vertex_of_node, n_vertices)
     integer, intent(in) :: n_nodes
     !> first and second node of each pair, 1-based; no node is there twice
@@ -34,13 +35,14 @@ contains
     end do
   end subroutine merge_pairs
 
-  !> Lists the neighbors of each vertex: those of v are neighbors(offsets(v) + 1 : offsets(v + 1)), each once, without v. All are
-  !> 1-based. Cost: linear in the number of cells.
+  !> Lists the neighbors of each vertex, which have a node in a common cell with it: those of v are neighbors(offsets(v) + 1 :
+  !> offsets(v + 1)), each once, without v, not sorted. All are 1-based. Cost: linear in the number of cells.
   pure subroutine node_graph(mesh, vertex_of_node, n_vertices, offsets, neighbors)
     type(mesh_t), intent(in) :: mesh
     !> of merge_pairs
     integer, intent(in) :: vertex_of_node(:)
     integer, intent(in) :: n_vertices
+    !> the first offset is 0, shape (n_vertices + 1)
     integer, allocatable, intent(out) :: offsets(:)
     integer, allocatable, intent(out) :: neighbors(:)
     integer, allocatable :: cell_offsets(:), cells(:), node_offsets(:), nodes(:)
@@ -67,9 +69,11 @@ contains
     end do
   end subroutine node_graph
 
-  !> Adds the number of neighbors of a vertex to n, and lists them from neighbors(n + 1) on if `neighbors` is allocated.
+  !> Adds the number of neighbors of a vertex to n, and lists them from neighbors(n + 1) on if `neighbors` is allocated. Requires:
+  !> last_seen(i_vertex) is i_vertex, so that the vertex is not its own neighbor.
   pure subroutine visit_neighbors(mesh, vertex_of_node, cell_offsets, cells, i_vertex, own_nodes, last_seen, n, neighbors)
     type(mesh_t), intent(in) :: mesh
+    !> of merge_pairs and cells_around_nodes
     integer, intent(in) :: vertex_of_node(:), cell_offsets(:), cells(:)
     integer, intent(in) :: i_vertex
     !> nodes of the vertex

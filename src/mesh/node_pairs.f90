@@ -32,9 +32,8 @@ module sig_node_pairs
 contains
 
   !> Finds the pairs of all contact entries that can have pairs, and says for the others why they need mortar. An entry with the
-  !> formulation mortar gets no pairs; one with auto gets pairs if pair_surfaces and, in an axisymmetric model, check_axis find no
-  !> error, that is, if its nodes face each other one to one and its facets are linear or may be in node-to-node contact. Local.
-  !> Cost: O(n log n) in the nodes of the surfaces.
+  !> formulation mortar gets no pairs. One with auto and two surfaces gets pairs if pair_surfaces and, in an axisymmetric model,
+  !> check_axis find no error. Local. Cost: O(n log n) in the nodes of the surfaces.
   !>
   !> Errors, with the entry's place in the deck: those of open_surfaces for all entries; for entries that must have pairs, because
   !> they have an obstacle or the formulation node_to_node, those of pair_surfaces and, in an axisymmetric model, of check_axis.
@@ -49,7 +48,7 @@ contains
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
     !> reason why an entry needs mortar, empty if it has pairs; shape (size(contact)). Without this argument, entries with auto must
-    !> have pairs
+    !> have pairs, too
     type(string_t), allocatable, intent(out), optional :: why_mortar(:)
     type(surface_pair_t) :: surfaces
     type(pairing_t) :: before, pairing
@@ -75,14 +74,16 @@ contains
     call collect_pairs(mesh, pairing, pairs)
   end subroutine find_node_pairs
 
-  !> Finds the pairs of one entry, or the reason why it needs mortar instead.
+  !> Finds the pairs of one entry, or the reason why it needs mortar instead. Errors: those of pair_surfaces and, in an axisymmetric
+  !> model, of check_axis; none with formulation mortar.
   pure subroutine pair_entry(mesh, is_round, surfaces, pairing, why, error)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: is_round
     type(surface_pair_t), intent(in) :: surfaces
+    !> gets the pairs of this entry
     type(pairing_t), intent(inout) :: pairing
-    !> the reason. With formulation auto, error is then set, too, and pairing is of no use: the caller drops both. Empty if the
-    !> entry has pairs, or must have them and has an error
+    !> the reason; empty if the entry has pairs, or must have them and has an error. With formulation mortar there is no error, and
+    !> pairing does not change. With auto a reason comes with an error, and pairing is not complete
     character(:), allocatable, intent(out) :: why
     type(error_t), allocatable, intent(out) :: error
 

@@ -20,8 +20,8 @@ module sig_quadratic_contact
 
 contains
 
-  !> Checks the facets of one surface for node-to-node contact. Errors: a node of a facet has a zero or negative force under a
-  !> uniform pressure.
+  !> Checks the facets of one surface for node-to-node contact. Errors: the first facet of which a node has a zero or negative force
+  !> under a uniform pressure, that is, a face of six or eight nodes.
   pure subroutine check_weights(mesh, surfaces, surface, facets, error)
     type(mesh_t), intent(in) :: mesh
     !> contact entry, for messages
@@ -48,10 +48,11 @@ contains
     end associate
   end subroutine check_weights
 
-  !> Returns the index in `facets` of the first facet with a node whose force under a uniform pressure is zero or negative; 0 if
-  !> there is none.
+  !> Returns the index in `facets` of the first facet with a node whose force under a uniform pressure is zero or negative (a face
+  !> of six or eight nodes); 0 if there is none.
   pure integer function first_weak_facet(mesh, facets) result(i)
     type(mesh_t), intent(in) :: mesh
+    !> facets in the mesh, 1-based
     integer, intent(in) :: facets(:)
     integer :: last_type
 
@@ -67,8 +68,8 @@ contains
   end function first_weak_facet
 
   !> Checks that the partners of the nodes of each quadratic facet are the nodes of one quadratic facet, because otherwise forces
-  !> and displacements of both sides do not fit. Errors: the first quadratic facet for which they are not. Requires: every node of
-  !> both surfaces has a partner.
+  !> and displacements of both sides do not fit. Errors: the first quadratic facet for which they are not; the first surface is
+  !> searched first. Requires: every node of both surfaces has a partner, and check_weights accepted both surfaces.
   !>
   !> The facet is found by its last node, which is in its middle and belongs to no other facet.
   pure subroutine check_partners(mesh, surfaces, pairing, error)
@@ -87,7 +88,7 @@ contains
     call check_side(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, pairing%partner, facet_of_middle, error)
   end subroutine check_partners
 
-  !> Sets facet_of_middle at the last node of each quadratic facet to this facet, its number in the mesh.
+  !> Sets facet_of_middle at the last node of each quadratic facet to this facet, its number in the mesh. Other nodes keep theirs.
   pure subroutine note_middles(mesh, facets, facet_of_middle)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)
@@ -127,7 +128,8 @@ contains
     end do
   end subroutine check_side
 
-  !> Checks the first surface of an axisymmetric model for node-to-node contact. Errors: a quadratic edge ends on the axis.
+  !> Checks the first surface of an axisymmetric model for node-to-node contact. Errors: a quadratic edge of it ends on the axis
+  !> (see ends_on_axis).
   pure subroutine check_axis(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -143,7 +145,7 @@ contains
       error, remedy)
   end subroutine check_axis
 
-  !> Whether an edge of three nodes ends on the axis.
+  !> Whether one of the facets is an edge of three nodes that ends on the axis.
   pure logical function has_quadratic_end(mesh, facets) result(has_end)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: facets(:)

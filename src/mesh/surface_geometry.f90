@@ -28,7 +28,7 @@ module sig_surface_geometry
 
 contains
 
-  !> Whether all facets of a surface have the same normal.
+  !> Whether all facets of a surface have the same outward normal: the cosine between each and the mean one is at least 1 - 1e-8.
   pure logical function is_flat(geometry)
     type(surface_geometry_t), intent(in) :: geometry
     integer :: i
@@ -39,7 +39,8 @@ contains
     end associate
   end function is_flat
 
-  !> [-] Returns the direction that points into a flat surface, a unit vector.
+  !> Returns the direction that points from outside into the body behind a flat surface: the opposite of the mean outward normal, a
+  !> unit vector [-], whose components below 1e-8 in size are set to 0. Requires: is_flat.
   pure function flat_direction(geometry) result(direction)
     type(surface_geometry_t), intent(in) :: geometry
     real(rk) :: direction(size(geometry%area_vectors, 1))
@@ -49,7 +50,7 @@ contains
     where (abs(direction) < flat_rounding) direction = 0
   end function flat_direction
 
-  !> Returns a direction as a deck has it, such as `[0.0, 1.0]`.
+  !> Returns a direction as a deck has it, such as `[0.0, 1.0]`, rounded to six digits.
   pure function direction_text(direction) result(text)
     real(rk), intent(in) :: direction(:)
     character(:), allocatable :: text
@@ -62,7 +63,8 @@ contains
     text = text // ']'
   end function direction_text
 
-  !> Computes the geometry of a group of facets. Stops at a facet that is not a side of exactly one cell (inner_facet).
+  !> Computes the geometry of a group of facets. Stops at the first facet that is not a side of exactly one cell, and sets
+  !> inner_facet to it; the rest of the geometry must then not be used.
   pure subroutine measure_surface(mesh, i_group, geometry)
     type(mesh_t), intent(in) :: mesh
     !> index in mesh%groups
@@ -109,7 +111,8 @@ contains
     found = pack(cells, has_all)
   end function cells_with_facet
 
-  !> Returns the unit normal of a facet, inward or outward, times its length or area. Only the corners of a quadratic facet count.
+  !> Returns the unit normal of a facet times its length or area. Whether it is inward or outward depends on the order of the nodes.
+  !> Only the corners of a quadratic facet count.
   pure function area_vector(mesh, i_facet) result(vector)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_facet
@@ -132,11 +135,12 @@ contains
   end function area_vector
 
   !> Returns the outward unit normal at each node of a group: the direction of the sum of the area vectors of the group's facets
-  !> around the node, and zero if they cancel. The area vector of a quadratic facet is turned to its normal at the node. A facet
-  !> counts by its area, in axisymmetry by the length of its edge in the mesh, so that the normals on a circle of equal edges are
-  !> exactly radial there, too.
+  !> around the node, each divided by the number of nodes of its facet, and zero if they cancel. The area vector of a quadratic
+  !> facet is turned to its normal at the node. A facet counts by its area, in axisymmetry by the length of its edge in the mesh, so
+  !> that the normals on a circle of equal edges are exactly radial there, too.
   pure function averaged_normals(mesh, i_group, area_vectors) result(normals)
     type(mesh_t), intent(in) :: mesh
+    !> index in mesh%groups
     integer, intent(in) :: i_group
     !> of measure_surface, without an inner facet
     real(rk), intent(in) :: area_vectors(:, :)
@@ -168,11 +172,12 @@ contains
     end associate
   end function averaged_normals
 
-  !> Returns the facet's area vector at each of its nodes. At a node of a quadratic facet it has the direction of the normal there.
+  !> Returns the area vector of one facet at each of its nodes. At a node of a quadratic facet it is turned to the normal there,
+  !> with the same length; elsewhere it is area_vector.
   pure function nodal_normals(vertices, area_vector) result(vectors)
-    !> [length] shape (n_dim, n_nodes)
+    !> [length] places of the facet's nodes in the element's order, shape (n_dim, number of nodes)
     real(rk), intent(in) :: vertices(:, :)
-    !> of measure_surface
+    !> that of the facet by measure_surface, shape (n_dim)
     real(rk), intent(in) :: area_vector(:)
     real(rk) :: vectors(size(vertices, 1), size(vertices, 2))
     real(rk) :: normal(3), tangents(3, 2)

@@ -53,7 +53,7 @@ module sig_surface_pair
 
 contains
 
-  !> Makes the error `contact[<number>]: <message>` at the place in the deck of one of the entry's names.
+  !> Makes the error `contact[<number of the entry>]: <message>` at the line and column of `name` in the deck.
   pure subroutine refuse(surfaces, name, message, error, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: name
@@ -65,7 +65,8 @@ contains
                     column=name%column, hint=hint)
   end subroutine refuse
 
-  !> Makes the error that the surfaces do not face each other, at the deck's name of the first surface.
+  !> Makes the error that the surfaces do not face each other along the entry's direction, or along the averaged normals if it has
+  !> none, at the deck's name of the first surface. Requires: two surfaces, no obstacle.
   pure subroutine refuse_facing(surfaces, error, reason, hint)
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -101,7 +102,7 @@ contains
     text = place_text(box(:, 1)) // ' to ' // place_text(box(:, 2))
   end function box_text
 
-  !> Makes the error that some nodes of a surface have no partner.
+  !> Makes the error that some nodes of a surface have no partner, at the deck's name of this surface.
   pure subroutine refuse_unpaired(surfaces, is_second, lonely_nodes, reason, error)
     type(surface_pair_t), intent(in) :: surfaces
     !> whether the nodes lie on the second surface
@@ -128,7 +129,8 @@ contains
                 'formulation: mortar')
   end subroutine refuse_unpaired
 
-  !> Makes the error that a node with a partner would get a second one.
+  !> Makes the error that a node in a pair, of this or another entry, would get a second partner, at the deck's name of the first
+  !> surface. A partner may be an obstacle.
   pure subroutine refuse_second_pair(mesh, surfaces, pairing, node, other, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -143,7 +145,8 @@ contains
                 partner_text(mesh, other) // ' by ' // entry_text(surfaces%i_entry), error)
   end subroutine refuse_second_pair
 
-  !> Makes the error that a node would be in contact with itself.
+  !> Makes the error that a node is on both surfaces, so that it would be in contact with itself, at the deck's name of the first
+  !> surface.
   pure subroutine refuse_common_node(mesh, surfaces, node, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -152,13 +155,14 @@ contains
 
     call refuse(surfaces, surfaces%entry%first, node_text(mesh, node) // " is on both surfaces, '" // &
                 surfaces%entry%first%text // "' and '" // surfaces%entry%second%text // "'", error, &
-                'contact needs two bodies with nodes of their own')
+                'contact needs two bodies with nodes of their own: leave the common nodes out of one surface, or draw the ' // &
+                'surface once for each body')
   end subroutine refuse_common_node
 
-  !> Makes the error that the surfaces overlap everywhere by more than the size of an element.
+  !> Makes the error that the surfaces overlap everywhere by more than the size of an element, in the form of refuse_facing.
   pure subroutine refuse_overlap(surfaces, what, overlap, error)
     type(surface_pair_t), intent(in) :: surfaces
-    !> word for what overlaps: `pair` or `node`
+    !> word for what overlaps: `pair` of nodes, or `node` with a mortar row
     character(*), intent(in) :: what
     !> [length] smallest overlap, positive
     real(rk), intent(in) :: overlap
@@ -178,8 +182,8 @@ contains
     if (i_node > 0) text = node_text(mesh, i_node)
   end function partner_text
 
-  !> Returns a sentence for messages: how far the nearest node of the second surface is away from a first node, across the node's
-  !> normal, and the allowed distance.
+  !> Returns a sentence for messages, without a full stop: how far the normal's line through a first node is away from the nearest
+  !> node of the second surface, and the allowed distance. Nearest is the node that is nearest to this line.
   pure function offset_text(mesh, surfaces, i_first) result(text)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -196,7 +200,7 @@ contains
       short_number(surfaces%first_geometry%mesh_size, fine_digits) // ')'
   end function offset_text
 
-  !> Returns the name of a contact entry for messages, `contact[2]`.
+  !> Returns the name of a contact entry for messages, `contact[2]` for the second one.
   pure function entry_text(i_entry) result(text)
     integer, intent(in) :: i_entry
     character(:), allocatable :: text
@@ -213,7 +217,7 @@ contains
     text = 'node ' // to_text(mesh%node_tags(i_node)) // ' ' // place_text(mesh%coordinates(:, i_node))
   end function node_text
 
-  !> Returns coordinates for messages, `(0.25, 1.0)`.
+  !> Returns coordinates for messages, `(0.25, 1.0)`, rounded to six digits.
   pure function place_text(place) result(text)
     real(rk), intent(in) :: place(:)
     character(:), allocatable :: text
@@ -226,7 +230,7 @@ contains
     text = '(' // join(numbers, ', ') // ')'
   end function place_text
 
-  !> Returns a direction as it is written in decks, `[0.0, 1.0]`.
+  !> Returns a direction as it is written in decks, `[0.0, 1.0]`, rounded to six digits.
   pure function direction_text(direction) result(text)
     real(rk), intent(in) :: direction(:)
     character(:), allocatable :: text

@@ -22,14 +22,16 @@ module sig_surface_pairing
 contains
 
   !> Finds the surfaces of a contact entry (only the first one if there is an obstacle) and the normals at the nodes of the first
-  !> surface. A normal is the given direction, the direction to the obstacle, or the averaged outward normal.
+  !> surface. A normal is the direction that the deck gives, the direction to the obstacle, or without both the averaged outward
+  !> normal.
   !>
-  !> Errors: a surface that group_of_surface refuses; a surface inside of a body or folded onto itself; a direction with a wrong
-  !> number of components, or zero; a direction that does not lead from the first surface to the second one or to the obstacle; a
-  !> node of the first surface without an averaged normal.
+  !> Errors: a surface that group_of_surface refuses, that has a facet inside of a body, or that is folded onto itself. With a
+  !> direction also: it has a wrong number of components, is zero, or leads, on average over the area, into the first body or out of
+  !> the second one. With an obstacle also: the surface faces away from it on average. With neither also: a node of the first
+  !> surface has no averaged normal. Then `surfaces` is not complete.
   pure subroutine open_surfaces(mesh, contact, i_entry, deck_path, surfaces, error)
     type(mesh_t), intent(in) :: mesh
-    !> section contact of the deck, and the number of the entry
+    !> section contact of the deck, and the number of the entry, 1-based
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: i_entry
     !> for messages
@@ -75,11 +77,13 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Computes the geometry of a surface by measure_surface. Errors: a facet inside a body, a surface that is folded onto itself.
+  !> Computes the geometry of a surface by measure_surface. Errors: a facet inside a body (more exactly, one that is not a side of
+  !> exactly one cell); a surface that is folded onto itself, as check_folded finds it.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(name_config_t), intent(in) :: surface
+    !> group of the surface in the mesh
     integer, intent(in) :: i_group
     type(surface_geometry_t), intent(out) :: geometry
     type(error_t), allocatable, intent(out) :: error
@@ -96,7 +100,7 @@ contains
                 'draw the surface once for each body, so that gmsh does not join their nodes')
   end subroutine measure
 
-  !> Returns the smallest and the largest coordinates of some nodes.
+  !> Returns the smallest (box(:, 1)) and the largest coordinates (box(:, 2)) of some nodes.
   pure function box_of(mesh, nodes) result(box)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)
@@ -136,7 +140,8 @@ contains
     end associate
   end subroutine fix_direction
 
-  !> Sets surfaces%normals to the direction to an obstacle. Errors: on average over its area, the surface faces away from it.
+  !> Sets surfaces%normals to the direction to an obstacle, one and the same at all nodes. Errors: on average over its area (see
+  !> lean), the surface faces away from the obstacle.
   pure subroutine face_obstacle(surfaces, error)
     type(surface_pair_t), intent(inout) :: surfaces
     type(error_t), allocatable, intent(out) :: error
@@ -162,8 +167,8 @@ contains
     call refuse(surfaces, place, message, error, hint)
   end subroutine refuse_direction
 
-  !> Returns the cosine [-] between the outer side of a surface and a unit vector, as a mean over the area: 1 = the whole surface
-  !> faces along the direction, -1 = along the opposite direction.
+  !> Returns the cosine [-] between the outward normals of a surface and a unit vector, as a mean over the area: 1 = the whole
+  !> surface faces along the direction, -1 = along the opposite direction.
   pure real(rk) function lean(geometry, direction)
     type(surface_geometry_t), intent(in) :: geometry
     real(rk), intent(in) :: direction(:)
@@ -171,7 +176,8 @@ contains
     lean = dot_product(sum(geometry%area_vectors, dim=2), direction) / sum(norm2(geometry%area_vectors, dim=1))
   end function lean
 
-  !> Checks that every node of the first surface has a normal. Errors: facets around a node face opposite directions.
+  !> Checks that every node of the first surface has an averaged normal. Errors: the area vectors of the facets around a node
+  !> cancel.
   pure subroutine check_normals(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -188,14 +194,15 @@ contains
   !> Gives every node of the first surface its partner on the second surface, or the obstacle as its partner (number 0). The partner
   !> is the nearest node along the normal among those whose distance from the normal's line is at most surfaces%tolerance.
   !>
-  !> Errors: surfaces that do not face each other, or overlap everywhere by more than the first one's mean facet size; nodes of
-  !> either surface without a partner; a node in two pairs or on both surfaces; those of check_weights and check_partners. Then the
-  !> pairing is not complete.
+  !> Errors: those of check_weights; a pair that check_facing or claim_nodes refuses; a node of the first surface without a partner,
+  !> or of the second one without a partner in this or an earlier entry; pairs that all overlap by more than the first surface's
+  !> mean facet size; those of check_partners. With an obstacle only those of check_weights and pair_with_obstacle. Then the pairing
+  !> is not complete.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     !> of open_surfaces
     type(surface_pair_t), intent(in) :: surfaces
-    !> gets the pairs of this entry
+    !> has the pairs of earlier entries, and gets those of this entry
     type(pairing_t), intent(inout) :: pairing
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: candidates(:)
@@ -237,7 +244,7 @@ contains
     end if
   end subroutine pair_surfaces
 
-  !> Pairs all nodes of the first surface with the obstacle. Errors: a node is in a pair already.
+  !> Pairs all nodes of the first surface with the obstacle. Errors: a node is in a pair of an earlier entry.
   pure subroutine pair_with_obstacle(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -256,23 +263,24 @@ contains
     end do
   end subroutine pair_with_obstacle
 
-  !> Returns the distance [length] from a first node to a second node along a normal; negative if they overlap.
+  !> Returns the distance [length] from a first node to a second node along a normal, (x_second - x_first) . normal; negative if
+  !> they overlap.
   pure real(rk) function gap_of_pair(mesh, first, second, normal) result(gap)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first, second
-    !> [-] unit vector from the first body to the second
+    !> [-] unit vector from the first body to the second, shape (n_dim)
     real(rk), intent(in) :: normal(:)
 
     gap = dot_product(mesh%coordinates(:, second) - mesh%coordinates(:, first), normal)
   end function gap_of_pair
 
-  !> Returns the candidate whose distance along the normal has the smallest absolute value, as its index in second_nodes. There may
-  !> be several candidates, because a line along the normal may meet a surface several times.
+  !> Returns the candidate whose distance from the first node along the normal has the smallest absolute value, as its index in
+  !> second_nodes. There may be several candidates, because a line along the normal may meet a surface several times.
   pure integer function nearest_along(mesh, first, second_nodes, candidates, normal) result(i_second)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: first
     integer, intent(in) :: second_nodes(:)
-    !> indices of the candidates in second_nodes
+    !> indices of the candidates in second_nodes, at least one
     integer, intent(in) :: candidates(:)
     real(rk), intent(in) :: normal(:)
     real(rk) :: gaps(size(candidates))
@@ -285,7 +293,7 @@ contains
   end function nearest_along
 
   !> Checks a pair, unless the deck gives a direction. Errors: the averaged normals of its two nodes are within 90 degrees of each
-  !> other.
+  !> other, or the second node has none.
   pure subroutine check_facing(mesh, surfaces, i_first, i_second, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -302,7 +310,8 @@ contains
     end associate
   end subroutine check_facing
 
-  !> Notes a pair. Errors: one of its nodes is in a pair already, or both are the same node.
+  !> Notes a pair. Errors: one of its nodes is in a pair already, of this or an earlier entry, or both are the same node. Then the
+  !> pairing stays as it is.
   pure subroutine claim_nodes(mesh, surfaces, i_first, second, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
@@ -338,7 +347,8 @@ contains
 
     if (n_unpaired == size(surfaces%first_nodes)) then
       call refuse_facing(surfaces, error, 'no node of the first has a partner on the second; ' // &
-                         offset_text(mesh, surfaces, i_unpaired), 'where the nodes do not match take formulation: mortar')
+                         offset_text(mesh, surfaces, i_unpaired), 'name two surfaces that face each other; where only ' // &
+                         'their nodes do not match, take formulation: mortar')
     else
       associate (nodes => surfaces%first_nodes)
         call refuse_unpaired(surfaces, .false., pack(nodes, pairing%partner(nodes) == 0), &
@@ -347,7 +357,8 @@ contains
     end if
   end subroutine refuse_lonely_first
 
-  !> Reports nodes of the second surface without partner, after the first surface was paired completely.
+  !> Makes the error that nodes of the second surface have no partner. Requires: there are such nodes, and all nodes of the first
+  !> surface have a partner.
   pure subroutine refuse_lonely_second(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces

@@ -146,7 +146,7 @@ def no_number(mesh):
     ("values", "name", "message"),
     [
         (hole, "rise", "the field 'rise' has no value at node 4 of the region 'lower' ("),
-        (other_mesh, "rise", "which no cell of the mesh has: does it belong to another mesh? ("),
+        (other_mesh, "rise", "which no cell of a named region has: does the field belong to another mesh? ("),
         (no_number, "rise", "the field 'rise' is not finite at node 3 of the region 'lower' ("),
         (
             no_number,
