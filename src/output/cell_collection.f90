@@ -25,12 +25,12 @@ module sig_cell_collection
 
 contains
 
-  !> Starts a collection without cells.
+  !> Starts a collection without cells; what was collected before is dropped.
   pure subroutine start(self, n_dim, n_labels)
     class(cell_collection_t), intent(inout) :: self
     !> number of dimensions of space
     integer, intent(in) :: n_dim
-    !> number of labels per cell
+    !> number of labels (whole numbers) that each cell gets
     integer, intent(in) :: n_labels
 
     self%mesh = mesh_t()
@@ -41,7 +41,7 @@ contains
     allocate (self%labels(n_labels, 0))
   end subroutine start
 
-  !> Adds all cells of a mesh, whose nodes keep their numbers.
+  !> Adds all cells of a mesh. The numbers of their nodes in the mesh are those in the collection.
   pure subroutine add_bodies(self, mesh, labels)
     class(cell_collection_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -57,7 +57,7 @@ contains
     type(mesh_t), intent(in) :: mesh
     !> numbers of the facets, 1-based
     integer, intent(in) :: facets(:)
-    !> number in the collection of each node of the mesh, shape (n_nodes)
+    !> number in the collection of each node of the mesh, shape (n_nodes); only those of nodes of the facets are used
     integer, intent(in) :: numbers(:)
     !> shape (n_labels)
     integer, intent(in) :: labels(:)
@@ -69,7 +69,7 @@ contains
     call self%add(mesh%facet_types(facets), sizes, numbers(nodes), spread(labels, 2, size(facets)))
   end subroutine add_facets
 
-  !> Adds lines between two nodes.
+  !> Adds lines, each as a cell of two nodes.
   pure subroutine add_lines(self, from, to, labels)
     class(cell_collection_t), intent(inout) :: self
     !> first and second node of each line, as numbers in the collection, 1-based; shape (n_lines)

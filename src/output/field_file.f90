@@ -55,10 +55,10 @@ module sig_field_file
 
 contains
 
-  !> Starts the files and writes the mesh. Errors: the HDF5 file cannot be created.
+  !> Starts the files, which get their names at close, and writes the mesh. Errors: the HDF5 file cannot be created.
   subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error)
     class(field_file_t), intent(inout) :: self
-    !> path of the HDF5 file, which ends with .h5
+    !> path of the HDF5 file, which ends with .h5; the XDMF file beside it ends with .xdmf
     character(*), intent(in) :: path
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: length_unit
@@ -86,7 +86,7 @@ contains
   end subroutine create
 
   !> Starts the next parameter point: all that the add procedures write from here on, except for add_shared_array, belongs to it. A
-  !> file without points has one grid; its arrays stand at the root of the HDF5 file.
+  !> file without points has one grid; its arrays stand at the root of the HDF5 file. Attributes of a point: label, parameters.
   subroutine start_point(self, label, parameters)
     class(field_file_t), intent(inout) :: self
     !> name of the point in ParaView, e.g. `squeeze = 0.2`
@@ -110,7 +110,7 @@ contains
     end do
   end subroutine start_point
 
-  !> Starts a grid without fields and numbers.
+  !> Starts the description of a grid, which has no fields and numbers yet. Writes nothing.
   subroutine start_grid(self, label)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: label
@@ -139,7 +139,7 @@ contains
     call note_number(self, name, value, unit)
   end subroutine add_number
 
-  !> Lists a number of the point for the XDMF file.
+  !> Lists a number of the point for the XDMF file, under `name [unit]`, or only its name if the unit is empty or `-`.
   subroutine note_number(self, name, value, unit)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -171,8 +171,8 @@ contains
     call note_field(self, name, n_components=1)
   end subroutine add_node_scalar
 
-  !> Adds a field of several numbers per node to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
-  !> (symmetric tensors); other fields stay as they are. A wrong number of nodes is an error, which close returns.
+  !> Adds a field of several numbers per node to the present point. 1 or 2 components get zeros up to 3; 4 components, of a
+  !> symmetric tensor, get zeros up to 6; other fields stay as they are. A wrong number of nodes is an error, which close returns.
   subroutine add_node_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -213,8 +213,8 @@ contains
     call note_field(self, name, n_components=1, is_cell_field=.true., is_integer=.true.)
   end subroutine add_cell_integer
 
-  !> Adds a field of several numbers per cell to the present point. Up to 3 components are filled with zeros up to 3, and 4 up to 6
-  !> (symmetric tensors); other fields stay as they are. A wrong number of cells is an error, which close returns.
+  !> Adds a field of several numbers per cell to the present point. 1 or 2 components get zeros up to 3; 4 components, of a
+  !> symmetric tensor, get zeros up to 6; other fields stay as they are. A wrong number of cells is an error, which close returns.
   subroutine add_cell_vector(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -251,7 +251,7 @@ contains
     call note_field(self, name, n_components, is_cell_field)
   end subroutine add_components
 
-  !> Returns the values with zeros for the missing components.
+  !> Returns the values, with zeros behind them for the missing components; shape (n_components, n).
   pure function padded(values, n_components) result(all_values)
     !> shape (up to n_components, n)
     real(rk), intent(in) :: values(:, :)
@@ -279,6 +279,7 @@ contains
   subroutine note_field(self, name, n_components, is_cell_field, is_integer)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
+    !> of the array in the file, with the zeros that were added
     integer, intent(in) :: n_components
     !> false by default
     logical, intent(in), optional :: is_cell_field, is_integer
@@ -331,7 +332,7 @@ contains
     call self%file%write(self%group // '/' // name, values, unit, description)
   end subroutine add_integer_array
 
-  !> Adds an array that does not depend on the point. The name is a path from the root of the file, e.g. `contact/areas`.
+  !> Adds an array that belongs to no point, to the HDF5 file only. The name is a path from its root, e.g. `contact/areas`.
   subroutine add_shared_reals(self, name, values, unit, description)
     class(field_file_t), intent(inout) :: self
     character(*), intent(in) :: name
@@ -372,8 +373,8 @@ contains
     call self%file%write('/' // name, values, unit, description)
   end subroutine add_shared_texts
 
-  !> Completes the files and gives them their final names, the XDMF file last. Errors: the first failure since create (then there
-  !> are no new files); a file cannot be completed.
+  !> Completes the files and gives them their final names, the XDMF file last. Errors: the first failure since create, or the HDF5
+  !> file cannot be completed (then there are no new files); the XDMF file cannot be written (then the HDF5 file is new already).
   subroutine close_file(self, error)
     class(field_file_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error

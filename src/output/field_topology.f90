@@ -11,7 +11,8 @@ module sig_field_topology
 
 contains
 
-  !> Writes /mesh/cell_types and, if there are cells, /mesh/topology. Local. The writer keeps a failure until `file` is closed.
+  !> Writes /mesh/cell_types and, if there are cells, /mesh/topology: a matrix with the nodes of a cell in each column if all cells
+  !> have one type, else the list of mixed_topology. Local. The writer keeps a failure until `file` is closed.
   subroutine write_topology(mesh, file, described)
     type(mesh_t), intent(in) :: mesh
     type(h5_writer_t), intent(inout) :: file

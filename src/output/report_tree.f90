@@ -79,7 +79,8 @@ contains
     self%entries(1)%key = ''
   end subroutine start
 
-  !> Returns the slot of a key below a parent, or the free slot for a new key. i_parent is the number of an entry.
+  !> Returns the position in `slots` of a key directly below a parent, or the free position for it if the parent does not have it.
+  !> i_parent is the number of an entry.
   pure integer function slot_of(self, key, i_parent) result(i_slot)
     class(report_tree_t), intent(in) :: self
     character(*), intent(in) :: key
@@ -94,7 +95,7 @@ contains
     end do
   end function slot_of
 
-  !> Appends a new key below a parent.
+  !> Appends a new key, without a value, behind the other keys of a parent. May change the positions of all keys in `slots`.
   pure subroutine append(self, key, i_parent, i_slot)
     class(report_tree_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -140,7 +141,7 @@ contains
     call move_alloc(longer, entries)
   end subroutine grow
 
-  !> Makes the table of slots four times as large.
+  !> Makes the table of slots four times as large, and finds the new positions of all keys.
   pure subroutine spread_out(self)
     class(report_tree_t), intent(inout) :: self
     integer, allocatable :: slots(:)
@@ -153,7 +154,7 @@ contains
     end do
   end subroutine spread_out
 
-  !> Returns the number of the entry of a key at the top or below a given entry, 0 if there is none.
+  !> Returns the number of the entry of a key at the top or directly below a given entry, 0 if there is none.
   pure integer function find(self, key, i_parent) result(i)
     class(report_tree_t), intent(in) :: self
     !> one key, not a path
@@ -179,8 +180,8 @@ contains
     has_keys = self%entries(i)%i_first > 0
   end function has_keys
 
-  !> Returns an entry with everything below it as YAML, or the whole tree. Every line, the last one too, ends with a line break; an
-  !> empty tree gives an empty text.
+  !> Returns an entry, that is, its key with the value or everything below it, as YAML, or the whole tree. Every line, the last one
+  !> too, ends with a line break; an empty tree gives an empty text.
   function tree_text(self, i_entry) result(text)
     class(report_tree_t), intent(in) :: self
     !> number of the entry; default: the whole tree
@@ -210,10 +211,12 @@ contains
     end do
   end subroutine add_below
 
-  !> Adds a key with its value, its block or everything below it to the buffer.
+  !> Adds a key with everything below it to the buffer; if there is nothing below it, with its value or block.
   recursive subroutine add_entry(self, i, indent, buffer)
     class(report_tree_t), intent(in) :: self
+    !> number of the entry
     integer, intent(in) :: i
+    !> blanks before the key
     character(*), intent(in) :: indent
     type(text_buffer_t), intent(inout) :: buffer
 

@@ -30,7 +30,7 @@ module sig_run_report
 
 contains
 
-  !> Sets a key, a path such as `errors/e_u/median`, to a text. The keys above it are made if they are missing.
+  !> Sets a key, a path such as `errors/e_u/median`, to a text, or replaces its value. Keys above it are made if they are missing.
   subroutine add_text(self, key, value)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: key
@@ -127,7 +127,8 @@ contains
   end function report_text
 
   !> Adds sections (keys at the top), and keys of sections, that an earlier report of the same deck and provenance has and this one
-  !> has not. A report of another deck or provenance adds nothing.
+  !> has not. A key of a section comes with all that is below it; if this report has the key, nothing below it is added. Nothing is
+  !> added to a section that is a value or a block here. A report of another deck or provenance adds nothing.
   subroutine complete(self, earlier, left_out)
     class(run_report_t), intent(inout) :: self
     !> text of the earlier report, as text() makes it
@@ -179,8 +180,8 @@ contains
     end do
   end function is_same_study
 
-  !> Adds a key of a section, or a value at the top, unless the report has it, left_out names it as out of date, or value and block
-  !> are empty. Adds no key to a section that is a value or a block in this report. Empties the block.
+  !> Adds a key of a section, or a value at the top, unless the report has it, left_out names it or its section as out of date, or
+  !> value and block are empty. Adds no key to a section that is a value or a block in this report. Empties the block.
   subroutine add_missing(self, section, key, value, block, left_out)
     class(run_report_t), intent(inout) :: self
     character(*), intent(in) :: section
@@ -212,7 +213,8 @@ contains
     end if
   end subroutine add_missing
 
-  !> Splits `key: value` or `key:` and removes quotes around the key.
+  !> Splits `key: value` or `key:` at the first colon before a blank or the end, and removes quotes around the key. The value is
+  !> empty if there is none.
   pure subroutine split_line(line, key, value)
     character(*), intent(in) :: line
     character(:), allocatable, intent(out) :: key

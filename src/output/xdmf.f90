@@ -65,6 +65,7 @@ contains
 
   !> Returns the text of topology and geometry, which are the same for each point.
   pure function mesh_text(h5_name, mesh) result(text)
+    !> as for xdmf_grid, but already with XML's escapes
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
     character(:), allocatable :: text
@@ -161,8 +162,10 @@ contains
     end select
   end function value_name
 
-  !> Returns the text of a reference to an array at a path (address) of the HDF5 file. The sizes are in the order of h5py.
+  !> Returns the text of a reference to an array at a path (address) of the HDF5 file. The sizes are in the order of h5py,
+  !> the one that changes slowest first.
   pure function item_text(h5_name, address, sizes, is_integer) result(text)
+    !> as for xdmf_grid, but already with XML's escapes
     character(*), intent(in) :: h5_name
     character(*), intent(in) :: address
     integer, intent(in) :: sizes(:)
