@@ -9,14 +9,14 @@ module sig_farthest_points
 contains
 
   !> Returns the numbers of n_wanted points: first the point nearest to the middle of the box, then each time the point that is
-  !> farthest from the chosen ones; of distances that are equal up to rounding the first point. No point is chosen twice. Distances
-  !> are Euclidean, after the box was scaled to sides of length 1.
+  !> farthest from the chosen ones; of distances that are equal up to rounding the first point. No number is chosen twice, but a
+  !> point equal to a chosen one may be chosen. Distances are Euclidean, after the box was scaled to sides of length 1.
   pure function farthest_points(points, box, n_wanted) result(chosen)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> minimum and larger maximum of each parameter, shape (2, n_parameters)
     real(rk), intent(in) :: box(:, :)
-    !> 1 to n_points
+    !> 0 to n_points
     integer, intent(in) :: n_wanted
     !> numbers of the points, 1-based
     integer :: chosen(n_wanted)
@@ -39,6 +39,7 @@ contains
     !> points and box as in farthest_points
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: box(:, :)
+    !> in units of the parameters, not scaled; shape (n_parameters)
     real(rk), intent(in) :: place(:)
     real(rk) :: squares(size(points, 2))
     integer :: i

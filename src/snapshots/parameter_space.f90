@@ -26,8 +26,8 @@ contains
   !> Builds the points that a deck asks for. Requires: the set is a grid, a Sobol sequence, a Latin hypercube or a list (CSV file).
   !>
   !> Grid: the first parameter varies slowest, ends included, value i of n is minimum + (maximum - minimum) * (i - 1) / (n - 1);
-  !> a grid of one value takes the minimum. Of equal points of a list only the first one is taken, with a warning. Errors, for a
-  !> list only: the file is missing or damaged (read_points), or a point is outside of the box.
+  !> a parameter with n = 1 takes the minimum. Of equal points of a list only the first one is taken, with a warning. Errors, for a
+  !> list only: those of read_points, such as a missing file, a line that is no point, or a point outside of the box. Local.
   subroutine build_points(point_set, parameters, points, error)
     !> section of the deck that gives the points
     type(point_set_config_t), intent(in) :: point_set
@@ -68,12 +68,13 @@ contains
       '; left out, because they repeat others: ' // to_text(n_listed - size(points, 2)))
   end subroutine drop_repeats
 
-  !> Returns the number of the point that equals the given one except for rounding (1e-12 relative), 0 if there is none.
+  !> Returns the number of a point that equals the given one in each parameter up to rounding, that is, up to 1e-12 of the larger of
+  !> both values; 0 if there is none. Of several such points it is the first one in the order of the search.
   pure integer function point_index(points, point, i_before) result(i_point)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     real(rk), intent(in) :: point(:)
-    !> the search starts behind this number and goes on at the first point: records come nearly in the order of the points
+    !> >= 0; the search starts behind this number and goes on at the first point: records come nearly in the order of the points
     integer, intent(in) :: i_before
     !> a point that went through a text file loses a few of its last bits
     real(rk), parameter :: relative_tolerance = 1.0e-12_rk
@@ -86,8 +87,8 @@ contains
     i_point = 0
   end function point_index
 
-  !> Returns the given points and, behind them, the known points that are not among them, each once, in their order. Points that
-  !> differ by rounding only (point_index) are the same.
+  !> Returns all given points, also equal ones, and, behind them, the known points that are not among them, each once, in their
+  !> order. Points that differ by rounding only (point_index) are the same.
   pure function all_points(points, known) result(all)
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
@@ -152,7 +153,7 @@ contains
     end do
   end function grid_points
 
-  !> Returns value number i_value_0 (from 0) of n_values from minimum to maximum; the ends are exact.
+  !> Returns value number i_value_0 (from 0) of n_values from minimum to maximum; the ends are exact. One value is the minimum.
   pure real(rk) function grid_value(i_value_0, n_values, minimum, maximum) result(value)
     integer, intent(in) :: i_value_0
     integer, intent(in) :: n_values
@@ -165,7 +166,8 @@ contains
     if (i_value_0 == n_values - 1) value = maximum
   end function grid_value
 
-  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, for logs and messages; numbers have up to 10 digits.
+  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, for logs and messages; numbers have up to 10 digits. A parameter
+  !> without a unit in the deck has none here.
   pure function format_point_of_deck(parameters, point) result(text)
     type(parameter_config_t), intent(in) :: parameters(:)
     !> in the order of the parameters
@@ -182,12 +184,13 @@ contains
     text = join(parts, ', ')
   end function format_point_of_deck
 
-  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, from names of parameters, with or without units.
+  !> Returns a point as text such as `squeeze = 0.2 m, angle = 3`, from names of parameters, with or without units; numbers have up
+  !> to 10 digits.
   pure function format_point_of_names(names, point, units) result(text)
     type(string_t), intent(in) :: names(:)
     !> in the order of the names
     real(rk), intent(in) :: point(:)
-    !> in the order of the names; default: no units
+    !> in the order of the names, an empty text for no unit; default: no units
     type(string_t), intent(in), optional :: units(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(names))

@@ -95,7 +95,7 @@ contains
   !>
   !> Errors: a line with too few or too many values, or with a value that is no number or outside of the box; no point in the whole
   !> file; the file cannot be read, or is binary. Points of the lines before a bad one are set, but n_points counts the bad one,
-  !> too.
+  !> too. Reading cannot go on after an error.
   subroutine next(self, points, n_points, error, box)
     class(point_list_t), intent(inout) :: self
     !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
@@ -128,8 +128,9 @@ contains
     self%is_open = .false.
   end subroutine close_list
 
-  !> Reads all points of a CSV file. Errors: the file is missing, a folder, binary or cannot be read; an unknown, repeated or
-  !> missing column; a line with a wrong number of values; a value that is no number or outside of the box; no point at all.
+  !> Reads all points of a CSV file or a pipe, also equal ones. Errors: the file is missing, a folder, binary or cannot be read; an
+  !> unknown, repeated or missing column; a line with a wrong number of values; a value that is no number or outside of the box; no
+  !> point at all.
   subroutine read_points(path, names, points, error, box)
     character(*), intent(in) :: path
     !> of the parameters
@@ -153,7 +154,8 @@ contains
     call list%close()
   end subroutine read_points
 
-  !> Reads the next line that is neither empty nor a comment (#). is_found is false at the end of the file and after an error.
+  !> Reads the next line that is neither blank nor a comment, whose first letter is #. Removes a byte order mark from the first line
+  !> of the file; a carriage return at the end of the line stays. is_found is false at the end of the file and after an error.
   subroutine read_content(self, line, is_found, error)
     class(point_list_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: line
@@ -171,8 +173,9 @@ contains
     end do
   end subroutine read_content
 
-  !> Reads the next line; is_line is false at the end of the file and after an error. The file is read in blocks of bytes, because
-  !> libgfortran would keep everything in memory that it reads from a pipe without advancing.
+  !> Reads the next line, without its line feed; is_line is false at the end of the file and after an error. Does not count it in
+  !> self%i_line. The file is read in blocks of bytes, because libgfortran would keep everything in memory that it reads from a
+  !> pipe without advancing.
   !>
   !> Errors: the file cannot be read further, or holds null bytes.
   subroutine read_line(self, line, is_line, error)
@@ -202,7 +205,7 @@ contains
     if (allocated(error)) is_line = .false.
   end subroutine read_line
 
-  !> Reads the next block of bytes; none at the end of the file. Errors: the file cannot be read.
+  !> Reads the next block of bytes; self%n_block, their number, is 0 at the end of the file. Errors: the file cannot be read.
   subroutine read_block(self, error)
     class(point_list_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -231,8 +234,8 @@ contains
     if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
   end function without_end
 
-  !> Finds which parameter each column of the first line holds; any order. Errors: an unknown or repeated column, a parameter
-  !> without a column.
+  !> Finds which parameter each column of the line with the names holds; any order. Errors: an unknown or repeated column, a
+  !> parameter without a column.
   subroutine read_header(path, i_line, line, names, columns, error)
     character(*), intent(in) :: path
     integer, intent(in) :: i_line
@@ -278,7 +281,7 @@ contains
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
   end function suggestion
 
-  !> Returns a hint for a line with semicolons or tabs, empty for other lines.
+  !> Returns a hint for a line, or a part of it, with semicolons or tabs; empty for other texts.
   pure function separator_hint(line) result(hint)
     character(*), intent(in) :: line
     character(:), allocatable :: hint
@@ -337,7 +340,8 @@ contains
     end do
   end subroutine read_row
 
-  !> Returns the texts between the commas, without blanks around them, and the column of the first character of each.
+  !> Returns the texts between the commas, without blanks around them, and the column of the first character of each; for an empty
+  !> text the column behind the comma before it.
   pure subroutine split_fields(line, fields, starts)
     character(*), intent(in) :: line
     type(string_t), allocatable, intent(out) :: fields(:)

@@ -61,12 +61,12 @@ contains
     allocate (self%points(n_parameters, 0), self%indicators(0), self%errors(2, 0))
   end subroutine start
 
-  !> Appends points; their errors are NaN until they are known.
+  !> Appends points. Their errors are NaN until the caller sets them.
   subroutine append(self, points, indicators)
     class(selection_t), intent(inout) :: self
     !> shape (n_parameters, n)
     real(rk), intent(in) :: points(:, :)
-    !> [-] shape (n)
+    !> [-] as in selection_t, NaN for initial points; shape (n)
     real(rk), intent(in) :: indicators(:)
     real(rk) :: errors(2, size(indicators))
 
@@ -87,7 +87,8 @@ contains
     self%stopped_by = ''
   end subroutine shorten
 
-  !> Writes the table selection.csv, and replaces an existing one as a whole. Errors: the file cannot be written.
+  !> Writes the table selection.csv, and replaces an existing one as a whole: rule and settings, a line per point with its indicator
+  !> and errors, and, if the selection is finished, why it ended. Errors: the file cannot be written.
   subroutine write_selection(path, names, selection, error)
     character(*), intent(in) :: path
     !> names of the parameters
@@ -117,8 +118,9 @@ contains
   end subroutine write_selection
 
   !> Reads the table of a selection, selection.csv. The result has no points if the file is missing or was made with other settings.
+  !> Its settings and rule are those of the arguments.
   !>
-  !> Errors: the file cannot be read, or a line is damaged.
+  !> Errors: the file cannot be read, or a line is damaged: it has a wrong number of values, or one that is no number.
   subroutine read_selection(path, settings, rule, n_parameters, selection, error)
     character(*), intent(in) :: path
     !> as for start
@@ -178,7 +180,7 @@ contains
     end if
   end subroutine read_row
 
-  !> Reads a number that csv_number wrote: also `nan` and `inf`.
+  !> Reads a number that csv_number wrote: also `nan` and `inf`. is_valid: the text is a number; else do not use the value.
   subroutine read_csv_number(word, value, is_valid)
     character(*), intent(in) :: word
     real(rk), intent(out) :: value

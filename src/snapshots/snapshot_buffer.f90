@@ -32,8 +32,8 @@ module sig_snapshot_buffer
 
 contains
 
-  !> Opens the shard for appending (creates it if it is missing), and starts with an empty buffer. Errors: the file is no shard, is
-  !> of another deck, mesh, size or format, or cannot be written.
+  !> Opens the shard for appending (creates it if it is missing, cuts off damaged records), and starts with an empty buffer. Errors:
+  !> the file is no shard, is of another deck, mesh, size or format, or cannot be written.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> path of the shard
@@ -54,8 +54,8 @@ contains
   end subroutine create
 
   !> Adds records. Writes all records of the buffer if some would otherwise wait, by estimate, for more than 0.9 s, or if their
-  !> displacements have 200 MB. Errors: they cannot be written, or the shard was removed or moved; all records of the buffer are
-  !> then lost.
+  !> displacements have 200 MB or more. Errors: they cannot be written, or the shard was removed or moved; all records of the
+  !> buffer are then lost.
   subroutine add(self, records, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> at least one; their arrays are moved into the buffer
@@ -71,8 +71,8 @@ contains
       8.0_rk * size(self%records) * size(self%records(1)%displacement) >= largest_size) call flush_records(self, error)
   end subroutine add
 
-  !> Writes the records of the buffer, and empties it. Errors: they cannot be written, or the shard was removed or moved; the
-  !> records are then lost.
+  !> Writes the records of the buffer, if there are any, and empties it. Errors: they cannot be written, or the shard was removed or
+  !> moved; the records are then lost.
   subroutine flush_records(self, error)
     class(snapshot_buffer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -84,7 +84,7 @@ contains
   end subroutine flush_records
 
   !> Closes the shard. Records that are not written yet are written, or stay in the buffer if is_kept. Errors: the disk fails or is
-  !> full; the shard was removed or moved.
+  !> full; the shard was removed or moved. The shard is closed also then.
   subroutine close_buffer(self, is_kept, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> whether the caller takes the records from the component `records`

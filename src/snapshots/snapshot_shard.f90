@@ -53,7 +53,7 @@ module sig_snapshot_shard
 contains
 
   !> Opens a shard for appending. Creates it if it is missing; cuts off the first damaged record of an existing one and all behind
-  !> it.
+  !> it, and counts what is left and what was cut off in n_records and n_dropped.
   !>
   !> Errors: the file is no shard, is of another deck, mesh, size or format (it does not change then), or cannot be written.
   subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
@@ -72,7 +72,7 @@ contains
     call open_shard(path, provenance, self%sizes, .true., self%handle, self%n_records, self%n_dropped, error)
   end subroutine create
 
-  !> Appends records. From then on a kill of the process does not lose them.
+  !> Appends records. From then on a kill of the process does not lose them; a crash of the machine may lose the last ones.
   !>
   !> Errors: they cannot be written, because the disk is full or fails; the earlier records stay valid. The file was removed or
   !> moved.
@@ -96,12 +96,12 @@ contains
       return
     end if
     call make_error(error, 'cannot write the snapshot: ' // system_reason(code), file=self%path, &
-      hint='the snapshots before it are safe; make room and run the same command again')
+      hint='the snapshots before it are safe; remove this cause (if the disk is full, make room) and run the same command again')
   end subroutine append
 
   !> Writes everything to the disk and closes the shard. Harmless if the writer is not open.
   !>
-  !> Errors: the disk fails; the file was removed or moved.
+  !> Errors: the disk fails; the file was removed or moved. The shard is closed also then.
   subroutine close_writer(self, error)
     class(shard_writer_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -136,7 +136,7 @@ contains
     integer, intent(in) :: n_dofs
     integer, intent(in) :: n_multipliers
     type(snapshot_record_t), allocatable, intent(out) :: records(:)
-    !> number of records from the first damaged one on; a kill leaves at most one
+    !> number of records from the first damaged one on, the last one perhaps only a piece; a kill leaves at most one
     integer, intent(out) :: n_dropped
     type(error_t), allocatable, intent(out) :: error
     type(c_ptr) :: handle
@@ -199,9 +199,9 @@ contains
   end subroutine move_record
 
   !> Opens the file. For writing: creates it if it is missing and cuts a damaged end off; n_records whole records are left,
-  !> n_dropped were cut off. For reading: the file does not change, n_records counts all records, also damaged ones, and n_dropped
-  !> is 0. After an error the handle is null and the counts are zero. Errors: the file is no shard, is of another version, deck,
-  !> mesh or size, or cannot be opened; for reading, it is missing.
+  !> n_dropped were cut off. For reading: the file does not change, n_records counts all records, also damaged ones and a
+  !> piece at the end, and n_dropped is 0. After an error the handle is null and the counts are zero. Errors: the file is no shard,
+  !> is of another version, deck, mesh or size, or cannot be opened; for reading, it is missing.
   subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
     character(*), intent(in) :: path
     character(16), intent(in) :: provenance

@@ -70,8 +70,9 @@ contains
     set%parameters = points(:, pack([(i, i=1, size(points, 2))], .not. is_missing))
   end subroutine take_points
 
-  !> Picks the records of the given points, in their order. The arrays of the records are moved, not copied. Of several records of
-  !> one point the last solved one is taken, or the first one if none is solved.
+  !> Picks the records of the given points, in their order. Their arrays are moved, not copied: the picked elements of `records`
+  !> have none afterwards, the others keep theirs. Of several records of one point the last solved one is taken, or the first one
+  !> if none is solved.
   pure subroutine pick_records(records, points, picked, is_missing)
     type(snapshot_record_t), intent(inout) :: records(:)
     !> each only once; they replace the parameters of the records, which may differ by rounding; shape (n_parameters, n_points)
@@ -103,8 +104,9 @@ contains
   pure function columns_of_points(found, reasons, points) result(column_of_point)
     !> shape (n_parameters, n_found)
     real(rk), intent(in) :: found(:, :)
-    !> shape (n_found)
+    !> > 0 solved; shape (n_found)
     integer, intent(in) :: reasons(:)
+    !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     integer :: column_of_point(size(points, 2))
     integer :: i_column, i_point
@@ -118,7 +120,7 @@ contains
     end do
   end function columns_of_points
 
-  !> Returns a record for each snapshot of the set, with copies of its arrays.
+  !> Returns a record for each snapshot of the set, with copies of its arrays. Of the displacement it has the dofs that the set has.
   pure function records_of_set(set) result(records)
     type(snapshot_set_t), intent(in) :: set
     !> shape (m)
@@ -137,7 +139,7 @@ contains
     end do
   end function records_of_set
 
-  !> Returns a set of the snapshots with these numbers; names, terms and the free response are copied, too.
+  !> Returns a set of copies of the snapshots with these numbers, in this order; names, terms and the free response are copied, too.
   pure function columns_of(set, numbers) result(chosen)
     type(snapshot_set_t), intent(in) :: set
     !> 1-based
@@ -159,8 +161,8 @@ contains
     chosen%seconds = set%seconds(numbers)
   end function columns_of
 
-  !> Writes snapshots.h5 from records, with a seal, by which a reader notices changes of the file. h5py shows the snapshots as rows:
-  !> displacement has shape (m, n_dofs).
+  !> Writes a file such as snapshots.h5 from records, and replaces an existing one as a whole. It has a seal, by which a reader
+  !> notices changes of the file. h5py shows the snapshots as rows: displacement has shape (m, n_dofs).
   !>
   !> Errors: the file cannot be written.
   subroutine write_snapshots(path, study, records, length_unit, multiplier_unit, parameter_units, error)
@@ -193,7 +195,8 @@ contains
     call file%close(error)
   end subroutine write_snapshots
 
-  !> Writes the parameters, displacements, multipliers and residuals, a column per record.
+  !> Writes the parameters, displacements, multipliers and residuals, a column per record. Requires: the arrays of all records have
+  !> the same sizes. `file` keeps a failure until it is closed.
   subroutine write_fields(file, records, n_parameters, length_unit, multiplier_unit)
     type(h5_writer_t), intent(inout) :: file
     type(snapshot_record_t), intent(in), target :: records(:)
@@ -223,10 +226,10 @@ contains
       'complementarity (relative), force balance (relative)')
   end subroutine write_fields
 
-  !> Reads snapshots.h5. Of the displacements only the wanted dofs and points are read into memory.
+  !> Reads a file such as snapshots.h5. Of the displacements only the wanted dofs and points are read into memory.
   !>
-  !> Errors: the file is missing, no HDF5 file, has no snapshots, has another format version, is cut off or changed, is of another
-  !> provenance, has datasets that are missing or do not fit together, or values that are not finite in the points, the free
+  !> Errors: the file is missing, no HDF5 file or no file of snapshots, has another format version, is cut off or changed, is of
+  !> another provenance, has datasets that are missing or do not fit together, or values that are not finite in the points, the free
   !> response or what is read of solved snapshots.
   subroutine read_snapshot_set(path, provenance, set, error, dofs, points, is_missing)
     character(*), intent(in) :: path
@@ -234,7 +237,7 @@ contains
     character(*), intent(in) :: provenance
     type(snapshot_set_t), intent(out) :: set
     type(error_t), allocatable, intent(out) :: error
-    !> first and last dof whose displacements are read, 1-based; default: all
+    !> first and last dof whose displacements are read, 1-based; none if the last is smaller; default: all
     integer, intent(in), optional :: dofs(2)
     !> only the snapshots of these points are read, in their order; shape (n_parameters, n_points); needs is_missing
     real(rk), intent(in), optional :: points(:, :)

@@ -26,8 +26,9 @@ module sig_sobol
 
 contains
 
-  !> Returns the first n_points points of Sobol's sequence, in Gray-code order. With seed 0 the first point is the origin. Any other
-  !> seed changes the bits of all points by the same random pattern (digital shift): this gives other points, which are as even.
+  !> Returns the first n_points points of Sobol's sequence, in Gray-code order. With seed 0 the first point is the origin. With any
+  !> other seed each parameter has a random pattern of bits, which changes the bits of its value at all points (digital shift): this
+  !> gives other points, which are as even. The same seed gives the same points.
   function sobol_points(n_parameters, n_points, seed) result(points)
     !> 1 to max_sobol_parameters
     integer, intent(in) :: n_parameters
@@ -55,7 +56,8 @@ contains
 
   !> Returns the direction numbers v_k of one parameter, as whole numbers of n_bits bits.
   !>
-  !> v_k = v_(k-s) xor v_(k-s) / 2**s xor those v_(k-i), i < s, whose coefficient is 1; v_k = m_k / 2**k for k <= s.
+  !> v_k = v_(k-s) xor v_(k-s) / 2**s xor those v_(k-i), 1 <= i < s, whose coefficient is 1; v_k = m_k / 2**k for k <= s. Of the
+  !> first parameter v_k = 1 / 2**k.
   pure function direction_numbers(i_parameter) result(v)
     integer, intent(in) :: i_parameter
     integer(lk) :: v(n_bits)

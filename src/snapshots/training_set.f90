@@ -33,7 +33,8 @@ module sig_training_set
 
 contains
 
-  !> Returns a training set of the snapshots with these numbers, which has pointers into `set`.
+  !> Returns a training set of the snapshots with these numbers, in this order; of their displacements, forces and the free response
+  !> it has pointers into `set`. Whether they are solved is not checked.
   function take_snapshots(set, numbers) result(taken)
     !> must be a target that outlives the result
     type(snapshot_set_t), intent(in), target :: set
@@ -91,8 +92,8 @@ contains
     some%free_response => self%free_response
   end function select_snapshots
 
-  !> Appends further snapshots of the same problem and with the same distribution of dofs. Of their displacements and forces only
-  !> the pointers are copied.
+  !> Appends further snapshots of the same problem and with the same distribution of dofs, which is not checked. Of their
+  !> displacements and forces only the pointers are copied. The free response stays that of `self`.
   subroutine append(self, further)
     class(training_set_t), intent(inout) :: self
     type(training_set_t), intent(in) :: further
