@@ -98,8 +98,9 @@ contains
   end subroutine add_curved_face
 
   !> Returns the reference coordinates of the corners (s, t) = (0, 0), (1, 0), (1, 1), (0, 1) of the unit square. On a triangle the
-  !> second and the third are the same. The square is turned so that the bounded coordinate changes along t as much as possible: of
-  !> a quadrilateral on that one of both sides along t where it changes less. Without a window it is not turned.
+  !> second and the third are the same. The square is turned so that the bounded coordinate changes along t as much as possible.
+  !> Only the corners of the face count: on a triangle the change along the side s = 0, on a quadrilateral the smaller change of
+  !> those along s = 0 and s = 1. Without a window the square is not turned.
   pure function chosen_corners(i_type, vertices, window) result(corners)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -127,7 +128,7 @@ contains
     end associate
   end function chosen_corners
 
-  !> Divides 0 <= s <= 1 into strips, within which no bound crosses a side t = 0 or t = 1.
+  !> Divides 0 <= s <= 1 into strips, within which no bound crosses a side t = 0 or t = 1. Strips may have the width 0.
   pure subroutine find_strips(facet, coordinates, window, borders, n_strips)
     type(curved_facet_t), intent(in) :: facet
     !> [length] bounded coordinate of the nodes
@@ -176,7 +177,8 @@ contains
     end associate
   end function square_values
 
-  !> Inserts `cut` into the ascending borders, so that there is one strip more. Requires: `cut` is not beyond the last border.
+  !> Inserts `cut` into the ascending borders, so that there is one strip more, of width 0 if there is such a border already.
+  !> Requires: `cut` is not beyond the last border.
   pure subroutine insert(cut, borders, n_strips)
     real(rk), intent(in) :: cut
     !> ends of the strips or pieces, ascending; only the first n_strips + 1 count
@@ -190,7 +192,8 @@ contains
     n_strips = n_strips + 1
   end subroutine insert
 
-  !> Appends the integration points along t at one s.
+  !> Appends the integration points along t at one s: those on the pieces of 0 <= t <= 1 that lie in the window; none if there is no
+  !> such piece.
   pure subroutine add_line(facet, vertices, window, s, weight_of_s, rule)
     type(curved_facet_t), intent(in) :: facet
     !> [length] as in add_curved_face
@@ -221,13 +224,14 @@ contains
     end do
   end subroutine add_line
 
-  !> Appends one integration point with a weight for the area of the unit square.
+  !> Appends one integration point. Its area vector is that of the face where the unit square has the area `weight`.
   pure subroutine add_face_point(facet, vertices, place, weight, rule)
     type(curved_facet_t), intent(in) :: facet
     !> [length] as in add_curved_face
     real(rk), intent(in) :: vertices(:, :)
     !> s and t
     real(rk), intent(in) :: place(2)
+    !> [-] product of the weights of s and t
     real(rk), intent(in) :: weight
     type(facet_rule_t), intent(inout) :: rule
     real(rk) :: along_s(2), along_t(2), reference(2), tangents(3, 2)
@@ -255,7 +259,7 @@ contains
     n_pieces = 1
   end subroutine start_pieces
 
-  !> Returns the pieces of (0, 1) on which a quadratic function lies between the bounds of the window.
+  !> Returns the pieces of (0, 1) on which a quadratic function lies between the bounds of the window, perhaps none.
   pure subroutine find_pieces(places, window, pieces, n_pieces)
     !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)
@@ -284,7 +288,8 @@ contains
     end do
   end subroutine find_pieces
 
-  !> Returns the points of (0, 1) where a quadratic function equals one of the bounds of the window. A double root counts twice.
+  !> Returns the points of (0, 1) where a quadratic function equals one of the bounds of the window. A double root counts twice. A
+  !> constant function has none.
   pure subroutine find_cuts(places, window, cuts, n_cuts)
     !> [length] values of the function at 0, 1/2 and 1
     real(rk), intent(in) :: places(3)

@@ -44,8 +44,9 @@ contains
 
   !> Compiles a text that may contain the variables in `names`.
   !>
-  !> Errors: message is allocated when the text is empty, longer than 1000 characters, not a valid expression with one value, or
-  !> when memory is short. It says what is wrong, and where in the text if this is known. Then nothing is compiled.
+  !> Errors: message is allocated when the text is blank, longer than 1000 characters, not a valid expression with one value, has a
+  !> variable whose name is not allowed, or when memory is short. It says what is wrong, and where in the text if this is known.
+  !> Then nothing is compiled.
   subroutine create(this, text, names, message)
     !> what was compiled before is freed
     class(expression_t), intent(inout) :: this
@@ -147,7 +148,7 @@ contains
     end do
   end function function_names
 
-  !> Whether `name` is one of muParser's functions or constants.
+  !> Whether `name` is one of muParser's functions or constants (function_names). Upper and lower case differ.
   pure logical function is_function_name(name)
     character(*), intent(in) :: name
     type(string_t), allocatable :: names(:)
@@ -160,7 +161,8 @@ contains
     end do
   end function is_function_name
 
-  !> Whether the name is a letter, then letters, digits and underscores, as expressions require.
+  !> Whether the name is a letter (a to z, A to Z), then such letters, digits and underscores, as expressions require. False for an
+  !> empty name.
   pure logical function is_identifier(name)
     character(*), intent(in) :: name
 
@@ -187,7 +189,8 @@ contains
     end do
   end subroutine pack_names
 
-  !> Calls sig_expression_create of expression.h, which describes the arguments.
+  !> Calls sig_expression_create of expression.h, which describes the arguments. The handle is null unless code is no_fault; explain
+  !> makes the message of the last four arguments.
   subroutine call_c(text, names, places, handle, code, position, token, sentence)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
@@ -222,6 +225,7 @@ contains
   !> Returns the message for an error code of sig_expression_create, which gave position, token and sentence.
   pure function explain(text, names, code, position, token, sentence) result(message)
     character(*), intent(in) :: text
+    !> all names of variables, for the message
     type(string_t), intent(in) :: names(:)
     integer(c_int), intent(in) :: code
     !> 0-based, negative = unknown; the message counts from 1

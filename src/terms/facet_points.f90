@@ -47,7 +47,7 @@ module sig_facet_points
 contains
 
   !> Makes the arrays of `rule` large enough for n_points points. Arrays that are large enough and fit the facet stay as they are;
-  !> others are allocated again, and their points are lost.
+  !> others are allocated again, and their points are lost. rule%n_points does not change.
   pure subroutine make_room(vertices, n_points, rule)
     !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)
@@ -64,7 +64,8 @@ contains
     allocate (rule%area_vectors(size(vertices, 1), n_points))
   end subroutine make_room
 
-  !> Appends a point to `rule`, whose arrays must be large enough for it (make_room).
+  !> Appends a point to `rule`, whose arrays must be large enough for it (make_room). Its place is the sum of shape functions times
+  !> nodes.
   pure subroutine add_point(vertices, values, area_vector, rule)
     !> [length] coordinates of the nodes, shape (n_dim, n_nodes)
     real(rk), intent(in) :: vertices(:, :)

@@ -13,9 +13,9 @@ module sig_term_check
 
 contains
 
-  !> Whether there is at least one term, and every source is sound: its kind is known, the shapes of its arrays fit together and to
-  !> n_dim, its places are finite, its orientations are 1 or -1, its facets are of known types, and its indices point at terms,
-  !> places and coordinates that exist, or are 0 where 0 means none. The texts of expressions are not checked.
+  !> Whether there is at least one term, and every source is sound: its kind is known, the shapes of the arrays that this kind uses
+  !> fit together and to n_dim, its places are finite, its orientations are 1 or -1, its facets are of known types, and its indices
+  !> point at terms, places and coordinates that exist, or are 0 where 0 means none. The texts of expressions are not checked.
   pure logical function are_sound_terms(terms, n_dim)
     type(term_set_t), intent(in) :: terms
     !> number of coordinates, 2 or 3

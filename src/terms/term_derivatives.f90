@@ -42,8 +42,8 @@ contains
     real(rk), contiguous, intent(inout) :: derivatives(:, :)
     !> whether some term has different slopes on both sides, or lacks a slope on one or both; shape (n_parameters)
     logical, intent(out) :: is_kink(:)
-    !> first parameter, 1-based, for which a term has no derivative towards `direction`, because the term jumps or has no finite
-    !> value beside the point; 0 = none
+    !> first parameter, 1-based, for which a term has no derivative towards `direction`, because the term jumps, has an infinite
+    !> slope, or has no finite value beside the point; 0 = none
     integer, intent(out) :: i_failed
     integer :: i
     logical :: is_found
@@ -95,8 +95,9 @@ contains
     if (any(is_open)) call take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
   end subroutine differentiate
 
-  !> Sets the slopes that are still open: the mean of the limits on both sides where these differ by at most 1e-6 of the larger one
-  !> plus `noise`, else the limit on the side `direction`. is_kink: the second case occurs; is_found: no wanted limit is missing.
+  !> Sets the slopes that are still open: the mean of the limits on both sides where both exist and differ by at most 1e-6 of the
+  !> larger one plus `noise`, else the limit on the side `direction`. is_kink: the second case occurs; is_found: no limit is missing
+  !> that is needed.
   pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
     !> slopes below, central slopes and slopes above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)
@@ -151,7 +152,7 @@ contains
     limits = slopes(:, n) + (slopes(:, n) - slopes(:, n - 1)) / 99
   end subroutine find_limits
 
-  !> Evaluates the terms at the steps -2, -1, 1 and 2. The values at 0 are known already.
+  !> Evaluates the terms at the steps -2, -1, 1 and 2 from the point, along one parameter. The values at 0 stay as they are.
   subroutine evaluate_beside(terms, point, i_parameter, step, values, has_side)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
@@ -198,14 +199,15 @@ contains
     real(rk), intent(in) :: values(:, -2:)
     !> -1 or 1
     integer, intent(in) :: side
-    !> [unit of the parameter]
+    !> [unit of the parameter] > 0
     real(rk), intent(in) :: step
     real(rk) :: slopes(size(values, 1))
 
     slopes = side * (4 * (values(:, side) - values(:, 0)) - (values(:, 2 * side) - values(:, 0))) / (2 * step)
   end function slope_of_side
 
-  !> Returns the slopes from the values on both sides: (f_-2 - 8 f_-1 + 8 f_1 - f_2) / 12h.
+  !> Returns the slopes from the values on both sides: (f_-2 - 8 f_-1 + 8 f_1 - f_2) / 12h, where h = step, and f_i is the value at
+  !> i h.
   pure function central_slope(values, step) result(slopes)
     !> values of the terms at the steps -2 to 2, shape (n_terms, 5)
     real(rk), intent(in) :: values(:, -2:)

@@ -56,7 +56,7 @@ module sig_term_values
 
 contains
 
-  !> Copies `terms`, compiles their expressions, and integrates each facet of the surface loads for the load value 1. Errors:
+  !> Copies `terms`, compiles their expressions, and integrates each whole facet of the surface loads for the load value 1. Errors:
   !> message is allocated when a text is not a valid expression; then nothing is compiled. What was compiled before is freed.
   subroutine create(self, terms, message)
     class(term_values_t), intent(inout) :: self
@@ -269,7 +269,7 @@ contains
     end do
   end subroutine add_nodal_forces
 
-  !> Adds the forces on one facet, integrated by the points of self%rule, to theta. is_valid: all load values are finite.
+  !> Adds to theta the forces on one facet, by the points of self%rule. is_valid: all load values are finite; else theta lacks some.
   subroutine add_facet(self, i_source, i_facet, value, theta, is_valid)
     class(term_values_t), intent(inout) :: self
     integer, intent(in) :: i_source
@@ -322,7 +322,7 @@ contains
   end subroutine point_force
 
   !> Computes the nodal forces on one facet of a pressure, which acts against the outward normal, or of one component of a traction.
-  !> Where the load has no finite value, is_valid is false and forces are incomplete.
+  !> If the load has no finite value at a point of the rule, is_valid is false and forces are incomplete. Without points they are 0.
   subroutine facet_forces(rule, component, orientation, is_round, expression, point, forces, is_valid)
     !> integration points of the facet
     type(facet_rule_t), intent(in) :: rule

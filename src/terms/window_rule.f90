@@ -77,7 +77,8 @@ contains
     end if
   end subroutine find_facet_rule
 
-  !> Returns where a facet lies relative to a window: facet_inside, facet_outside or facet_cut.
+  !> Returns where a facet lies relative to a window: facet_inside, facet_outside or facet_cut. Its box (facet_box) decides, so a
+  !> curved facet that is near to a bound may count as cut although it is not.
   pure integer function position_of(vertices, window) result(position)
     !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
@@ -155,7 +156,7 @@ contains
     end associate
   end function facet_position
 
-  !> Puts the points of a linear edge, on the part inside of the window, into the empty `rule`.
+  !> Puts the points of a linear edge, on the part inside of the window, into the empty `rule`, and makes its arrays large enough.
   pure subroutine cut_edge(vertices, window, rule)
     !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
@@ -194,8 +195,8 @@ contains
     end if
   end function piece_inside
 
-  !> Puts the points of a linear face, on the part inside of the window, into the empty `rule`. The face is the image of the unit
-  !> square (s, t). On a triangle the side s = 1 of the square is only a point, the second node.
+  !> Puts the points of a linear face, on the part inside of the window, into the empty `rule`, and makes its arrays large enough.
+  !> The face is the image of the unit square (s, t). On a triangle the side s = 1 of the square is only a point, the second node.
   pure subroutine cut_face(vertices, window, rule)
     !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
@@ -223,8 +224,9 @@ contains
     end do
   end subroutine cut_face
 
-  !> Returns the corners of a quadrilateral in the order in which the bounded coordinate changes most evenly along t. A bound cuts
-  !> the face along a function t(s), which has a pole at each s where the coordinate does not change along t.
+  !> Returns the corners of a quadrilateral, [1, 2, 3, 4] or [1, 4, 3, 2]: that order in which the bounded coordinate changes more
+  !> evenly along t (evenness). A bound cuts the face along a function t(s), which has a pole at each s where the coordinate does
+  !> not change along t.
   pure function best_corners(places) result(corners)
     !> [length] bounded coordinate of the nodes
     real(rk), intent(in) :: places(4)
@@ -270,8 +272,9 @@ contains
     end do
   end subroutine find_borders
 
-  !> Returns the number of Gauss points in s for a strip: 0 where the strip lies outside of the window, n_fine where a bound cuts a
-  !> quadrilateral along a function that is not close to a polynomial of s, else n_gauss.
+  !> Returns the number of Gauss points in s for a strip: 0 where the strip lies outside of the window; n_fine where a bound cuts a
+  !> quadrilateral along a function that is not close to a polynomial of s (evenness up to 0.9); else n_gauss. Where the strip lies
+  !> is tested in its middle.
   pure integer function outer_points(places, window, strip, is_triangle) result(n_points)
     !> [length] as in find_borders
     real(rk), intent(in) :: places(4)
@@ -289,7 +292,7 @@ contains
     if (piece(2) > piece(1) .and. piece(2) - piece(1) < 1) n_points = n_fine
   end function outer_points
 
-  !> Returns the interval of t that lies in the window at one s.
+  !> Returns the interval of t that lies in the window at one s; if there is none, its end is not larger than its start.
   pure function piece_at(places, s, window) result(piece)
     !> [length] bounded coordinate of the corners
     real(rk), intent(in) :: places(4)
@@ -330,7 +333,8 @@ contains
     end do
   end subroutine add_strip
 
-  !> Appends to `rule` the Gauss points with t in `piece`, at one s of the unit square (s, t).
+  !> Appends to `rule` the n_gauss Gauss points with t in `piece`, at one s of the unit square (s, t); with area 0 if the end of
+  !> `piece` is not larger than its start.
   pure subroutine add_line(vertices, corners, s, piece, weight_of_s, rule)
     !> [length] as for facet_rule
     real(rk), intent(in) :: vertices(:, :)
