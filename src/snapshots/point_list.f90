@@ -95,7 +95,7 @@ contains
   !>
   !> Errors: a line with too few or too many values, or with a value that is no number or outside of the box; no point in the whole
   !> file; the file cannot be read, or is binary. Points of the lines before a bad one are set, but n_points counts the bad one,
-  !> too. Reading cannot go on after an error.
+  !> too. The list stays open then.
   subroutine next(self, points, n_points, error, box)
     class(point_list_t), intent(inout) :: self
     !> in the order of the names; only n_points columns are set; shape (n_parameters, most points at a time)
