@@ -103,7 +103,7 @@ contains
       '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim) // '; a mesh of the plane needs another mesh.model than solid'
   end function dimension_hint
 
-  !> Returns gmsh's word for regions: Surface in the plane, Volume in space.
+  !> Returns gmsh's word for regions: Surface if n_dim is 2, otherwise Volume.
   pure function region_word(n_dim) result(word)
     integer, intent(in) :: n_dim
     character(:), allocatable :: word
@@ -112,7 +112,7 @@ contains
   end function region_word
 
   !> Checks that regions have names: the deck uses regions by name, so a region without a name would be lost without a message.
-  !> Errors: a group of dimension n_dim that has elements and no name.
+  !> Errors: the first group of dimension n_dim that has elements and no name.
   pure subroutine check_names(raw, n_dim, path, error)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: n_dim
@@ -320,13 +320,13 @@ contains
     end do
   end subroutine build_groups
 
-  !> Sorts the elements of the file by groups: those of group g are elements(members_before(g) + 1 : members_before(g + 1)),
-  !> 1-based. An element of several groups is there several times.
+  !> Sorts the elements of the file by groups: those of group g are elements(members_before(g) + 1 : members_before(g + 1)). An
+  !> element of several groups is there several times.
   pure subroutine sort_members(raw, members_before, elements)
     type(raw_mesh_t), intent(in) :: raw
     !> shape (n_groups + 1)
     integer, intent(out) :: members_before(:)
-    !> shape (number of memberships)
+    !> numbers in the file, 1-based, shape (number of memberships)
     integer, intent(out) :: elements(:)
     integer :: i_group, m, next(size(members_before))
 

@@ -30,6 +30,7 @@ contains
     !> first and second node of each pair, 1-based, same size; no node is there twice
     integer, intent(in) :: pair_first(:), pair_second(:)
     MPI_Comm, intent(in) :: comm
+    !> the owners are ranks of comm, 0-based
     type(mesh_partition_t), intent(out) :: partition
     PetscErrorCode, intent(out) :: ierr
     integer :: rank, n_ranks, status

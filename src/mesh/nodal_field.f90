@@ -36,6 +36,7 @@ contains
     type(imposed_strain_config_t), intent(in) :: strain
     !> name of the deck for messages
     character(*), intent(in) :: deck_path
+    !> NaN at nodes without a value in the file
     type(nodal_field_t), intent(out) :: field
     type(error_t), allocatable, intent(out) :: error
     !> factor for the coordinates of the file [units.length / mesh.length_unit], default 1
@@ -153,7 +154,7 @@ contains
     integer, intent(in) :: tags(:)
     !> indices in tags, 1-based
     integer, intent(inout) :: order(:)
-    !> present: `order` has the indices to sort; absent: `order` is first filled with 1 to size(order). The value does not count
+    !> only its presence counts. Present: `order` has the indices to sort; absent: `order` is first filled with 1 to size(order)
     logical, intent(in), optional :: is_part
     integer :: half(size(order) / 2), i, j, k
 

@@ -134,7 +134,9 @@ contains
   pure subroutine refuse_second_pair(mesh, surfaces, pairing, node, other, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
+    !> all pairs so far
     type(pairing_t), intent(in) :: pairing
+    !> 1-based
     integer, intent(in) :: node
     !> partner of the node by this entry, 0 = an obstacle
     integer, intent(in) :: other
@@ -182,8 +184,8 @@ contains
     if (i_node > 0) text = node_text(mesh, i_node)
   end function partner_text
 
-  !> Returns a sentence for messages, without a full stop: how far the normal's line through a first node is away from the nearest
-  !> node of the second surface, and the allowed distance. Nearest is the node that is nearest to this line.
+  !> Returns a sentence for messages, without a full stop: the distance between the normal's line through a first node and the node
+  !> of the second surface that is nearest to this line, and the allowed distance.
   pure function offset_text(mesh, surfaces, i_first) result(text)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces

@@ -77,8 +77,8 @@ contains
     end if
   end subroutine open_surfaces
 
-  !> Computes the geometry of a surface by measure_surface. Errors: a facet inside a body (more exactly, one that is not a side of
-  !> exactly one cell); a surface that is folded onto itself, as check_folded finds it.
+  !> Computes the geometry of a surface by measure_surface. Errors: a facet that is not a side of exactly one cell, as inside of a
+  !> body; a surface that is folded onto itself, as check_folded finds it.
   pure subroutine measure(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
