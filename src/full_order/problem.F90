@@ -19,6 +19,7 @@ module sig_problem
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
   use sig_lifted_strains, only: lift_strains
+  use sig_load_windows, only: check_fixed_windows, window_warnings
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warning
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
@@ -169,7 +170,7 @@ contains
   end subroutine plan_solving
 
   !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes; by
-  !> log_warning, the warnings. Requires: check_points accepted the points.
+  !> log_warning, the warnings, also of windows that miss their surface at some points. Requires: check_points accepted the points.
   subroutine announce_plan(problem, points)
     type(problem_t), intent(in) :: problem
     !> points that will be solved, shape (n_parameters, n_points)
@@ -191,10 +192,15 @@ contains
     do i = 1, size(problem%warnings)
       call log_warning(problem%warnings(i)%text)
     end do
+    lines = window_warnings(problem%deck, problem%mesh, points)
+    do i = 1, size(lines)
+      call log_warning(lines(i)%text)
+    end do
   end subroutine announce_plan
 
   !> Checks that the mesh has the zones of interest and the boundaries with exact displacements, because otherwise the error would
-  !> come only after the sampling. Errors: the first that the mesh lacks; no node lies in a window.
+  !> come only after the sampling, and that fixed windows of loads meet their surfaces. Errors: the first that the mesh lacks; no
+  !> node lies in the window of a zone; a window loads nothing.
   subroutine check_zones(deck, mesh, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -202,6 +208,8 @@ contains
     integer, allocatable :: nodes(:)
     integer :: i
 
+    call check_fixed_windows(deck, mesh, error)
+    if (allocated(error)) return
     do i = 1, size(deck%reduction%zones_of_interest)
       call nodes_of_zone(mesh, deck%reduction%zones_of_interest(i), deck%path, nodes, error)
       if (allocated(error)) return
