@@ -6,7 +6,7 @@
 !> kept for measuring, and none of these becomes a snapshot.
 module sig_candidate_pool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
-  use sig_answer_errors, only: displacement_squares, forces_error, relative
+  use sig_answer_errors, only: all_forces, compare_forces, comparison_t, displacement_squares, negligible_share, rid_forces
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_online_model, only: online_model_t
@@ -88,8 +88,11 @@ contains
     type(online_model_t) :: online
     type(query_t) :: query
     type(answer_t) :: answer
+    type(comparison_t) :: comparison
+    real(rk) :: negligible
     integer :: i
 
+    negligible = negligible_share * largest_force(candidates)
     allocate (errors%values(size(is_wanted)), source=ieee_value(1.0_rk, ieee_quiet_nan))
     allocate (errors%cluster(size(is_wanted)), source=0)
     allocate (errors%squares(2, size(is_wanted)), source=0.0_rk)
@@ -109,25 +112,39 @@ contains
         errors%squares(:, i) = displacement_squares(online, answer, candidates%first_dof, candidates%displacement(:, i))
       else
         associate (multipliers => candidates%multipliers(:, i))
-          errors%values(i) = measurable(forces_error(name, online, answer, multipliers), multipliers)
+          comparison = compare_forces(merge(all_forces, rid_forces, name == 'e_lambda_all'), online, answer, multipliers)
+          errors%values(i) = measurable(comparison%relative(negligible), multipliers)
         end associate
       end if
     end do
     call query%destroy()
   end subroutine measure_candidates
 
+  !> [force] Returns the largest norm of the contact forces at a candidate that converged; 0 without such candidates.
+  pure real(rk) function largest_force(candidates)
+    type(snapshot_set_t), intent(in) :: candidates
+    integer :: i
+
+    largest_force = 0
+    do i = 1, size(candidates%reasons)
+      if (candidates%reasons(i) == reason_converged) largest_force = max(largest_force, norm2(candidates%multipliers(:, i)))
+    end do
+  end function largest_force
+
   !> Computes errors%values of e_u from errors%squares, which must be summed over all ranks before. Infinite values and those of
   !> candidates that were not measured stay as they are. Local.
   pure subroutine finish_displacement_errors(candidates, errors)
     type(snapshot_set_t), intent(in) :: candidates
     type(pool_errors_t), intent(inout) :: errors
+    type(comparison_t) :: comparison
+    real(rk) :: negligible
     integer :: i
 
+    negligible = negligible_share * sqrt(maxval([0.0_rk, errors%squares(2, :)]))
     do i = 1, size(errors%values)
       if (.not. abs(errors%values(i)) <= 0) cycle
-      associate (lengths => sqrt(errors%squares(:, i)))
-        errors%values(i) = measurable(relative(lengths(1), lengths(2)), candidates%multipliers(:, i))
-      end associate
+      comparison = comparison_t(sqrt(errors%squares(1, i)), sqrt(errors%squares(2, i)))
+      errors%values(i) = measurable(comparison%relative(negligible), candidates%multipliers(:, i))
     end do
   end subroutine finish_displacement_errors
 

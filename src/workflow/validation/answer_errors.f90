@@ -9,25 +9,40 @@ module sig_answer_errors
   use sig_reconstruction, only: has_displacements, reconstruct_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
-  public :: displacement_error, displacement_squares, forces_error, relative, rid_error, reconstruction_error
+  public :: comparison_t, compare_displacements, compare_forces, displacement_squares, negligible_share, rid_forces, all_forces
+
+  !> [-] a norm below this share of the largest one at all compared points is rounding: at such a point (a load of 0, say) errors
+  !> are relative to this share of the largest norm
+  real(rk), parameter :: negligible_share = sqrt(epsilon(1.0_rk))
+
+  !> which contact forces are compared: those of the reduced domain of the cluster that the model chooses, or all
+  integer, parameter :: rid_forces = 1, all_forces = 2
+
+  !> A difference and the full-order size to which it is related, both at least 0 and in the same unit.
+  type :: comparison_t
+    real(rk) :: difference = 0
+    real(rk) :: size = 0
+  contains
+    procedure :: relative
+  end type comparison_t
 
 contains
 
-  !> [-] Returns the error of the contact forces that has this name: e_lambda_all, or else e_lambda_rid.
-  real(rk) function forces_error(name, online, answer, multipliers) result(error)
-    character(*), intent(in) :: name
-    !> prepared
-    type(online_model_t), intent(in) :: online
-    type(answer_t), intent(in) :: answer
-    !> [force] full-order contact forces, shape (n_multipliers)
-    real(rk), intent(in) :: multipliers(:)
+  !> [-] Returns difference / size; if the size is below `floor`, difference / floor. 0/0 is NaN (there is nothing to compare). With
+  !> a size of 0, a difference above `floor` gives infinity.
+  elemental real(rk) function relative(self, floor)
+    class(comparison_t), intent(in) :: self
+    !> size that is negligible, in the unit of the comparison, at least 0
+    real(rk), intent(in) :: floor
 
-    if (name == 'e_lambda_all') then
-      error = reconstruction_error(online, answer, multipliers)
+    if (self%size <= 0 .and. self%difference <= 0) then
+      relative = ieee_value(relative, ieee_quiet_nan)
+    else if (self%size <= 0 .and. self%difference > floor) then
+      relative = ieee_value(relative, ieee_positive_inf)
     else
-      error = rid_error(online, answer, multipliers)
+      relative = self%difference / max(self%size, floor)
     end if
-  end function forces_error
+  end function relative
 
   !> [length^2] Returns the two squared norms of which (17) is made, over some dofs: of the answer's difference from the full-order
   !> displacement, and of this displacement. Dofs for which the model answers no displacement are left out.
@@ -51,9 +66,8 @@ contains
     end associate
   end function displacement_squares
 
-  !> [-] Returns (17) on the dofs for which the model answers displacements; NaN if there are no such dofs or if both displacements
-  !> are 0 there, infinite if only the full-order one is.
-  pure real(rk) function displacement_error(online, answer, reduced, displacement) result(error)
+  !> [length] Compares the displacements for (17), on the dofs for which the model answers displacements.
+  pure type(comparison_t) function compare_displacements(online, answer, reduced, displacement) result(comparison)
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
@@ -62,51 +76,33 @@ contains
     real(rk), intent(in) :: displacement(:)
 
     associate (is_known => has_displacements(online%model, answer))
-      error = relative(norm2(pack(reduced - displacement, is_known)), norm2(pack(displacement, is_known)))
+      comparison%difference = norm2(pack(reduced - displacement, is_known))
+      comparison%size = norm2(pack(displacement, is_known))
     end associate
-  end function displacement_error
+  end function compare_displacements
 
-  !> [-] Returns (18) on the reduced domain of the cluster that the model chooses; NaN if nothing touches there in either model,
-  !> infinite if only the answer has contact forces there.
-  pure real(rk) function rid_error(online, answer, multipliers) result(error)
-    !> prepared
-    type(online_model_t), intent(in) :: online
-    type(answer_t), intent(in) :: answer
-    !> [force] full-order contact forces, shape (n_multipliers)
-    real(rk), intent(in) :: multipliers(:)
-    integer, allocatable :: rows(:)
-
-    ! gfortran 14 takes no subscripts by a bound function in an associate
-    rows = online%model%parts(answer%cluster)%reduced%contact_rows()
-    error = relative(norm2(answer%multipliers_rid - multipliers(rows)), norm2(multipliers(rows)))
-  end function rid_error
-
-  !> [-] Returns (18) on all contacts, after the reconstruction of the forces outside of the reduced domain; NaN if nothing touches
-  !> in either model, infinite if only the answer has contact forces.
-  real(rk) function reconstruction_error(online, answer, multipliers) result(error)
+  !> [force] Compares the contact forces for (18). Those outside of the reduced domain are reconstructed first.
+  type(comparison_t) function compare_forces(which, online, answer, multipliers) result(comparison)
+    !> rid_forces or all_forces
+    integer, intent(in) :: which
     !> prepared
     type(online_model_t), intent(in) :: online
     type(answer_t), intent(in) :: answer
     !> [force] full-order contact forces, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
     type(rooms_t) :: rooms
+    integer, allocatable :: rows(:)
     real(rk) :: reconstructed(size(multipliers))
 
-    call reconstruct_multipliers(online, answer, rooms, reconstructed)
-    error = relative(norm2(reconstructed - multipliers), norm2(multipliers))
-  end function reconstruction_error
-
-  !> Returns part / whole; 0/0 is NaN (there is nothing to compare), x/0 is infinite. Neither may be negative.
-  pure real(rk) function relative(part, whole)
-    real(rk), intent(in) :: part
-    real(rk), intent(in) :: whole
-
-    if (whole > 0) then
-      relative = part / whole
-    else if (part > 0) then
-      relative = ieee_value(relative, ieee_positive_inf)
+    if (which == rid_forces) then
+      ! gfortran 14 takes no subscripts by a bound function in an associate
+      rows = online%model%parts(answer%cluster)%reduced%contact_rows()
+      comparison%difference = norm2(answer%multipliers_rid - multipliers(rows))
+      comparison%size = norm2(multipliers(rows))
     else
-      relative = ieee_value(relative, ieee_quiet_nan)
+      call reconstruct_multipliers(online, answer, rooms, reconstructed)
+      comparison%difference = norm2(reconstructed - multipliers)
+      comparison%size = norm2(multipliers)
     end if
-  end function relative
+  end function compare_forces
 end module sig_answer_errors

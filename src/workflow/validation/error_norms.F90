@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> The errors (17), (18) and (19) of reduced answers, compared with the full-order solutions at the same points.
 module sig_error_norms
-  use sig_answer_errors, only: displacement_error, reconstruction_error, relative, rid_error
+  use sig_answer_errors, only: all_forces, compare_displacements, compare_forces, comparison_t, rid_forces
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
@@ -35,24 +35,20 @@ module sig_error_norms
     real(rk), allocatable :: strain_theta(:, :)
   end type measured_bodies_t
 
-  !> The errors of an answer at one point.
+  !> The errors of an answer at one point, as differences from the full-order solution and its sizes.
   type :: point_errors_t
-    !> [-] (17)
-    real(rk) :: displacement = 0
-    !> [-] (18) on the reduced domain, and on all contacts after reconstruction; NaN where nothing touches in either model
-    real(rk) :: multipliers_rid = 0
-    real(rk) :: multipliers_all = 0
+    !> [length] (17)
+    type(comparison_t) :: displacement
+    !> [force] (18) on the reduced domain, and on all contacts after reconstruction
+    type(comparison_t) :: multipliers_rid
+    type(comparison_t) :: multipliers_all
     !> [force*length] (19), the difference of the strain energies less the work of the loads F' u, on all bodies and on the reduced
-    !> domain (there F only on the dofs of A)
-    real(rk) :: energy = 0
-    real(rk) :: energy_rid = 0
-    !> [-] both divided by the size of the full-order energy on the same cells
-    real(rk) :: energy_relative = 0
-    real(rk) :: energy_rid_relative = 0
-    !> [sqrt(force*length)] error of the displacement in the norm of the stiffness; NaN if some dofs have no displacement
-    real(rk) :: field = 0
-    !> [-] the same divided by this norm of the full-order displacement
-    real(rk) :: field_relative = 0
+    !> domain (there F only on the dofs of A); the size is that of the full-order energy on the same cells
+    type(comparison_t) :: energy
+    type(comparison_t) :: energy_rid
+    !> [sqrt(force*length)] error of the displacement in the norm of the stiffness; the difference is NaN if some dofs have no
+    !> displacement
+    type(comparison_t) :: field
   end type point_errors_t
 
 contains
@@ -81,22 +77,20 @@ contains
       call reconstruct_displacement(online%model, answers(i), displacement)
       fields(:, i) = displacement
       fields(:, n + i) = states(i)%displacement
-      errors(i)%displacement = displacement_error(online, answers(i), displacement, states(i)%displacement)
-      errors(i)%multipliers_rid = rid_error(online, answers(i), states(i)%multipliers)
-      errors(i)%multipliers_all = reconstruction_error(online, answers(i), states(i)%multipliers)
+      errors(i)%displacement = compare_displacements(online, answers(i), displacement, states(i)%displacement)
+      errors(i)%multipliers_rid = compare_forces(rid_forces, online, answers(i), states(i)%multipliers)
+      errors(i)%multipliers_all = compare_forces(all_forces, online, answers(i), states(i)%multipliers)
     end do
     PetscCall(measure_fields(system, fields, errors, ierr))
     PetscCall(measure_energies(system, bodies, online, answers, fields, energies, ierr))
-    errors%energy = abs(energies(1, :n) - energies(1, n + 1:))
-    errors%energy_rid = abs(energies(2, :n) - energies(2, n + 1:))
-    do i = 1, n
-      errors(i)%energy_relative = relative(errors(i)%energy, abs(energies(1, n + i)))
-      errors(i)%energy_rid_relative = relative(errors(i)%energy_rid, abs(energies(2, n + i)))
-    end do
+    errors%energy%difference = abs(energies(1, :n) - energies(1, n + 1:))
+    errors%energy%size = abs(energies(1, n + 1:))
+    errors%energy_rid%difference = abs(energies(2, :n) - energies(2, n + 1:))
+    errors%energy_rid%size = abs(energies(2, n + 1:))
   end subroutine measure_errors
 
-  !> Sets errors%field to |u_r - u|_K (energy norm, K of the system; u_r of the answer) at each point, and errors%field_relative to
-  !> this over |u|_K (`relative`). Collective on system%comm.
+  !> Sets errors%field to |u_r - u|_K and |u|_K (energy norm, K of the system; u_r of the answer) at each point. Collective on
+  !> system%comm.
   subroutine measure_fields(system, fields, errors, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
@@ -104,15 +98,13 @@ contains
     type(point_errors_t), intent(inout) :: errors(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: wrong(size(errors)), whole(size(errors))
-    integer :: i, n
+    integer :: n
 
     n = size(errors)
     PetscCall(measure_strain_energies(system, fields(:, :n) - fields(:, n + 1:), wrong, ierr))
     PetscCall(measure_strain_energies(system, fields(:, n + 1:), whole, ierr))
-    do i = 1, n
-      errors(i)%field = sqrt(2 * max(wrong(i), 0.0_rk))
-      errors(i)%field_relative = relative(errors(i)%field, sqrt(2 * max(whole(i), 0.0_rk)))
-    end do
+    errors%field%difference = sqrt(2 * max(wrong, 0.0_rk))
+    errors%field%size = sqrt(2 * max(whole, 0.0_rk))
   end subroutine measure_fields
 
   !> Computes the strain energy less the work of the loads, for each field, on the bodies and on the reduced domain of the cluster

@@ -19,6 +19,7 @@ module sig_validation
   use sig_problem, only: body_at, problem_t
   use sig_progress, only: progress_t
   use sig_answer, only: answer_t
+  use sig_answer_errors, only: comparison_t, negligible_share
   use sig_query, only: query_t
   use sig_reasons, only: reason_converged
   use sig_statistics, only: summarize, statistics_t
@@ -30,8 +31,11 @@ module sig_validation
   public :: validate, validation_t, n_errors, error_names
 
   integer, parameter :: n_errors = 9
-  !> rows of the table that ranks share, of which each point has a column
-  integer, parameter :: n_columns = n_errors + 11
+  !> number of comparisons of a point (point_errors_t)
+  integer, parameter :: n_comparisons = 6
+  !> rows of the table that ranks share, of which each point has a column: differences, sizes and other numbers
+  integer, parameter :: n_others = 2 * n_comparisons
+  integer, parameter :: n_columns = n_others + 11
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative']
@@ -248,11 +252,14 @@ contains
     real(rk), intent(in) :: rotation
     real(rk) :: column(n_columns)
 
-    column = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
-      errors%energy_relative, errors%energy_rid_relative, errors%field, errors%field_relative, real(answer%cluster, rk), &
-      real(count(answer%is_active), rk), real(count(state%multipliers > 0), rk), &
-      real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), state%seconds, real(answer%n_solutions, rk), &
-      answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation]
+    type(comparison_t) :: comparisons(n_comparisons)
+
+    comparisons = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
+      errors%field]
+    column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
+      real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
+      state%seconds, real(answer%n_solutions, rk), answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), &
+      answer%relative_displacement_bound, rotation]
   end function table_column
 
   !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution and to infinite
@@ -264,25 +271,52 @@ contains
     type(statistics_t) :: seconds
     integer :: i
 
-    outcome%errors = table(:n_errors, :)
-    outcome%cluster = nint(table(n_errors + 1, :))
-    outcome%n_active = nint(table(n_errors + 2, :))
-    outcome%n_active_full_order = nint(table(n_errors + 3, :))
-    outcome%method = nint(table(n_errors + 4, :))
-    outcome%reason_full_order = nint(table(n_errors + 5, :))
+    outcome%cluster = nint(table(n_others + 1, :))
+    outcome%n_active = nint(table(n_others + 2, :))
+    outcome%n_active_full_order = nint(table(n_others + 3, :))
+    outcome%method = nint(table(n_others + 4, :))
+    outcome%reason_full_order = nint(table(n_others + 5, :))
+    call relate_errors(table(:n_others, :), outcome%reason_full_order == reason_converged, outcome%errors)
     do i = 1, size(table, 2)
       if (outcome%method(i) == 0) call fail_point(outcome%errors(:, i))
       ! without a full-order solution there is nothing to compare with
       if (outcome%reason_full_order(i) /= reason_converged) outcome%errors(:, i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
-    outcome%n_solutions = nint(table(n_errors + 7, :))
-    outcome%error_bound = table(n_errors + 8, :)
-    outcome%is_fallback = table(n_errors + 9, :) > 0
-    outcome%displacement_bound = table(n_errors + 10, :)
-    outcome%rotation = maxval([0.0_rk, table(n_errors + 11, :)])
-    seconds = summarize(pack(table(n_errors + 6, :), outcome%reason_full_order == reason_converged))
+    outcome%n_solutions = nint(table(n_others + 7, :))
+    outcome%error_bound = table(n_others + 8, :)
+    outcome%is_fallback = table(n_others + 9, :) > 0
+    outcome%displacement_bound = table(n_others + 10, :)
+    outcome%rotation = maxval([0.0_rk, table(n_others + 11, :)])
+    seconds = summarize(pack(table(n_others + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table
+
+  !> Computes the errors of all points from their comparisons. A size is negligible below a share (negligible_share, its square for
+  !> energies) of the largest one at all points with a full-order solution; for the forces of the reduced domain, of all forces.
+  pure subroutine relate_errors(table, is_solved, errors)
+    !> differences, then sizes, as in table_column; shape (2 * n_comparisons, n_points)
+    real(rk), intent(in) :: table(:, :)
+    !> the point has a full-order solution, shape (n_points)
+    logical, intent(in) :: is_solved(:)
+    !> rows as in error_names, shape (n_errors, n_points)
+    real(rk), allocatable, intent(out) :: errors(:, :)
+    type(comparison_t) :: comparisons(n_comparisons)
+    real(rk) :: floors(n_comparisons), relative(n_comparisons)
+    integer :: i
+
+    do i = 1, n_comparisons
+      floors(i) = max(0.0_rk, maxval(table(n_comparisons + i, :), mask=is_solved))
+    end do
+    floors(2) = floors(3)
+    floors = floors * negligible_share**[1, 1, 1, 2, 2, 1]
+    allocate (errors(n_errors, size(table, 2)))
+    do i = 1, size(table, 2)
+      comparisons%difference = table(:n_comparisons, i)
+      comparisons%size = table(n_comparisons + 1:, i)
+      relative = comparisons%relative(floors)
+      errors(:, i) = [relative(:3), comparisons(4:5)%difference, relative(4:5), comparisons(6)%difference, relative(6)]
+    end do
+  end subroutine relate_errors
 
   !> Sets the errors of a point without an answer to infinite. Those that are NaN stay so, except for errors of forces: the model
   !> may have no displacement to compare.

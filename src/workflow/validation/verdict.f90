@@ -36,7 +36,8 @@ module sig_verdict
 contains
 
   !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit.
-  !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the model is not accepted.
+  !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence
+  !> names the number of answers by the fallback if they are more than half.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
@@ -57,8 +58,11 @@ contains
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
         ' (validation.accept); ' // accuracy_advice(outcome%model_kind)
     end if
+    if (2 * verdict%n_fallbacks > size(outcome%is_fallback)) verdict%sentence = verdict%sentence // &
+      '; the fallback, not the reduced part of the model, answered ' // to_text(verdict%n_fallbacks) // ' of ' // &
+      counted(size(outcome%is_fallback), 'point')
     if (verdict%n_unsolved > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unsolved, 'point') // &
-      ' without a full-order solution do not count'
+      ' without a full-order solution left out'
     if (verdict%n_unanswered > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unanswered, 'point') // &
       ' without an answer (an infinite error)'
   end function judge_validation
