@@ -12,8 +12,9 @@ module sig_session
   use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, exit_user, make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
   use sig_full_order, only: full_order_t
+  use sig_kinds, only: rk
   use sig_log, only: log_error, log_info
-  use sig_petsc_support, only: insert_petsc_options, unused_petsc_options
+  use sig_petsc_support, only: insert_petsc_options, max_over_ranks, options_unused_everywhere
   use sig_signals, only: say_when_ended
   use sig_text, only: string_t
   use petsc
@@ -155,15 +156,19 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
     type(string_t), allocatable :: options(:)
+    real(rk) :: flags(2, 1)
     integer :: i
 
+    ! a run that ended early has not come to all options
+    flags(1, 1) = merge(1, 0, self%exit_code == exit_user .or. self%exit_code == exit_stopped)
+    flags(2, 1) = self%full_order%n_solved()
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, flags, ierr))
     PetscCall(self%full_order%destroy(ierr))
     call unlock_directory(self%lock)
-    ! a run that ended early has not come to all options
-    if (self%exit_code == exit_user .or. self%exit_code == exit_stopped) return
-    PetscCall(unused_petsc_options(options, ierr))
+    if (flags(1, 1) > 0) return
+    PetscCall(options_unused_everywhere(options, ierr))
     do i = 1, size(options)
-      if (is_for_another_command(options(i)%text, command, self%deck%solver%type)) cycle
+      if (is_for_another_command(options(i)%text, command, self%deck%solver%type, flags(2, 1) > 0)) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used: it has no effect', &
         hint='check its name (options of signorom begin with two hyphens); solver.type condensed reads -fom_, ' // &
         'active_set -active_set_, snesvi -vi_; train reads -pod_')
@@ -171,17 +176,20 @@ contains
     end do
   end subroutine close
 
-  !> Whether an unused option is no mistake, because it is for another command or solver: the options of a deck serve all commands.
-  !> Only options that begin with -fom_, -active_set_, -vi_ or -pod_ can be; all others are mistakes.
-  pure logical function is_for_another_command(option, command, solver)
+  !> Whether an unused option is no mistake, because it is for another command or solver, or for a solver that had nothing to do:
+  !> the options of a deck serve all commands. Only options that begin with -fom_, -active_set_, -vi_ or -pod_ can be; all others
+  !> are mistakes.
+  pure logical function is_for_another_command(option, command, solver, has_solved)
     !> with its hyphen
     character(*), intent(in) :: option
     type(command_t), intent(in) :: command
     !> type of the deck's solver
     character(*), intent(in) :: solver
+    !> the command has solved a point
+    logical, intent(in) :: has_solved
     logical :: is_solving
 
-    is_solving = any(command%name == [character(8) :: 'run', 'sample', 'solve', 'validate'])
+    is_solving = has_solved .and. any(command%name == [character(8) :: 'run', 'sample', 'solve', 'validate'])
     ! either may be the one that auto takes
     is_for_another_command = solver == 'auto' .and. .not. command%has_benchmark .and. &
       (index(option, '-fom_') == 1 .or. index(option, '-active_set_') == 1)

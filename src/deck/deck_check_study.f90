@@ -6,7 +6,7 @@ module sig_deck_check_study
   use sig_deck_option_safety, only: complaint_about_writing
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_kinds, only: rk
-  use sig_text, only: are, counted, split, string_t, to_text
+  use sig_text, only: are, counted, lower, split, string_t, to_text
   implicit none(type, external)
   private
   public :: check_study, complaint_about_options
@@ -279,7 +279,8 @@ contains
     if (linear == 'gamg') return
     words = words_of(options)
     do i = 1, size(words) - 1
-      if (index(words(i)%text, '_pc_type') == 0) cycle
+      ! PETSc ignores upper and lower case in names
+      if (index(lower(words(i)%text), '_pc_type') == 0) cycle
       if (words(i + 1)%text == 'cholesky' .or. words(i + 1)%text == 'lu') cycle
       complaint = words(i)%text // ' ' // words(i + 1)%text // '; it must be cholesky or lu unless solver.linear is gamg'
       return
@@ -311,7 +312,7 @@ contains
 
     has_known_prefix = .false.
     do i = 1, size(option_prefixes)
-      if (index(word, trim(option_prefixes(i))) == 1) has_known_prefix = .true.
+      if (index(lower(word), trim(option_prefixes(i))) == 1) has_known_prefix = .true.
     end do
   end function has_known_prefix
 end module sig_deck_check_study

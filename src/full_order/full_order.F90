@@ -44,6 +44,7 @@ module sig_full_order
     procedure :: team_for
     procedure :: ready_team
     procedure :: whole_team
+    procedure :: n_solved
     procedure :: destroy
   end type full_order_t
 
@@ -115,6 +116,18 @@ contains
     PetscCall(self%team_for(1, 1, team, ierr))
     PetscCall(team%make_ready(self%problem, ierr))
   end subroutine whole_team
+
+  !> Returns the number of points that the groups of this rank have solved; 0 before load.
+  pure integer function n_solved(self)
+    class(full_order_t), intent(in) :: self
+    integer :: i
+
+    n_solved = 0
+    if (.not. allocated(self%teams)) return
+    do i = 1, size(self%teams)
+      n_solved = n_solved + self%teams(i)%team%solver%n_solved
+    end do
+  end function n_solved
 
   !> Makes the solver that the problem's plan names. Does nothing if the team has it already. Collective on all ranks.
   subroutine make_ready(self, problem, ierr)

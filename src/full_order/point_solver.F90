@@ -32,6 +32,8 @@ module sig_point_solver
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0
+    !> number of points that were solved
+    integer :: n_solved = 0
     !> the solver is made for the stiffness that the system has now
     logical, private :: is_ready = .false.
     !> of condense, if the solver is another one
@@ -152,6 +154,7 @@ contains
     call self%terms%evaluate(point, theta, is_valid, i_source)
     PetscCall(update_stiffness(self, problem, point, ierr))
     PetscCall(self%solver%solve(self%system, theta, state, ierr))
+    self%n_solved = self%n_solved + 1
     state%seconds = wall_time() - start
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
@@ -177,6 +180,7 @@ contains
     end do
     PetscCall(update_stiffness(self, problem, points(:, 1), ierr))
     PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
+    self%n_solved = self%n_solved + size(states)
     states%seconds = (wall_time() - start) / size(states)
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points

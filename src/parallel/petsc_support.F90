@@ -6,11 +6,11 @@ module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
   use sig_kinds, only: rk
-  use sig_text, only: append_text, split, string_t
+  use sig_text, only: append_text, join, split, string_t
   use petsc
   implicit none(type, external)
   private
-  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, library_versions
+  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
   public :: broadcast_columns, sum_over_ranks, max_over_ranks
   public :: precondition_failed, has_multigrid_vi
@@ -18,6 +18,8 @@ module sig_petsc_support
 
   !> [bytes] room for a message of PETSc: SIG_MESSAGE_SIZE of petsc_support.h
   integer, parameter :: message_size = 256
+  !> [bytes] room for the names of options
+  integer, parameter :: capacity_of_names = 4096
 
   interface sum_over_ranks
     procedure sum_vector, sum_block
@@ -139,18 +141,37 @@ contains
   subroutine unused_petsc_options(names, ierr)
     type(string_t), allocatable, intent(out) :: names(:)
     PetscErrorCode, intent(out) :: ierr
-    integer, parameter :: capacity = 4096
-    character(kind=c_char, len=capacity) :: buffer
+    character(kind=c_char, len=capacity_of_names) :: buffer
     type(string_t), allocatable :: words(:)
     integer :: i
 
-    ierr = sig_petsc_unused_options(buffer, int(capacity, c_int))
+    ierr = sig_petsc_unused_options(buffer, int(capacity_of_names, c_int))
     words = split(buffer(:index(buffer, c_null_char) - 1), ' ')
     allocate (names(0))
     do i = 1, size(words)
       if (words(i)%text /= '') call append_text(names, words(i)%text)
     end do
   end subroutine unused_petsc_options
+
+  !> Lists the PETSc options, with their hyphen, that were set and that no rank has read so far. Collective on all ranks, with the
+  !> same result on each.
+  subroutine options_unused_everywhere(names, ierr)
+    type(string_t), allocatable, intent(out) :: names(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(string_t), allocatable :: own(:)
+    character(capacity_of_names) :: text
+    integer, allocatable :: is_unused(:)
+    integer :: i, k
+
+    PetscCall(unused_petsc_options(own, ierr))
+    text = join(own, ' ')
+    call MPI_Bcast(text, len(text), MPI_CHARACTER, 0, PETSC_COMM_WORLD, ierr)
+    names = split(trim(text), ' ')
+    names = pack(names, [(names(i)%text /= '', i=1, size(names))])
+    is_unused = [(merge(1, 0, any([(own(k)%text == names(i)%text, k=1, size(own))])), i=1, size(names))]
+    call MPI_Allreduce(MPI_IN_PLACE, is_unused, size(is_unused), MPI_INTEGER, MPI_MIN, PETSC_COMM_WORLD, ierr)
+    names = pack(names, is_unused == 1)
+  end subroutine options_unused_everywhere
 
   !> Returns the versions of PETSc and SLEPc in use, such as 3.18.5, then the name and version of the MPI library.
   subroutine library_versions(versions, ierr)

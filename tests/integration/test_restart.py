@@ -178,6 +178,20 @@ def test_unused_option_is_found_after_the_first_point(signorom, many_points):
     assert n_records(results) == 1
 
 
+def test_options_of_a_solver_with_nothing_to_do(signorom, tmp_path):
+    """They are right also where all points are there, and on a rank that gets no point."""
+    changes = {
+        "reduction: {method: hhr}": "solver: {type: active_set}\nreduction: {method: hhr}\n"
+        "petsc_options: -active_set_mat_mumps_icntl_14 40",
+        "grid: {push: 5}": "grid: {push: 2}",
+    }
+    deck = write_deck("patch", tmp_path, **changes)
+    for words in ("(0 were there)", "(2 were there)"):
+        assert words in signorom("sample", deck.name, folder=tmp_path)
+    deck.write_text(deck.read_text().replace("grid: {push: 2}", "grid: {push: 3}"))
+    assert "sampled 3 points (2 were there)" in signorom("sample", deck.name, folder=tmp_path, n_ranks=2)
+
+
 def test_second_run_does_nothing(signorom, tmp_path):
     deck = write_deck("patch", tmp_path)
     signorom("sample", deck.name, folder=tmp_path)

@@ -269,7 +269,8 @@ contains
       associate (places => own%points(first:last))
         PetscCall(solve_batch(self, points(:, numbers(places)), places, n_stored, buffer, outcome, error, ierr))
       end associate
-      if (i == 1 .and. .not. allocated(error)) then
+      ! responses need no solver, which then reads no options
+      if (i == 1 .and. .not. (self%responses%is_ready .or. allocated(error))) then
         PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if
       PetscCall(agree_to_stop(self%team%groups%comm, outcome%is_stopped, ierr))
