@@ -87,9 +87,9 @@ contains
     call report%add('version/build', build_type)
   end subroutine describe_run
 
-  !> Adds the units, times, contact resultants, reaction forces and the state of each point (status, iterations, closed contacts,
-  !> residuals) of the full-order solutions. Warns in the log of points that did not converge, and as warn_of_residuals and
-  !> warn_of_rotations of the points that did. Local.
+  !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
+  !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
+  !> warn_of_residuals and warn_of_rotations of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -110,8 +110,11 @@ contains
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_rotations(problem, solved, report)
     do i = 1, size(solved%states)
-      if (solved%states(i)%reason /= reason_converged) call log_warning('not converged at ' // &
-        format_point(problem%deck%parameters, points(:, i)) // ': ' // reason_text(solved%states(i)%reason))
+      if (solved%states(i)%reason /= reason_converged) then
+        call log_warning('not converged at ' // format_point(problem%deck%parameters, points(:, i)) // ': ' // &
+          reason_text(solved%states(i)%reason))
+        cycle
+      end if
       call boundary_reactions(problem%mesh, problem%deck%boundary_conditions, solved%states(i)%reactions, reactions)
       call report_reactions(i, reactions, report)
     end do

@@ -107,7 +107,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(describe_problem(session%full_order%problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
-      call warn_of_residuals(snapshots%residuals(1, :), report)
+      call warn_of_residuals(pack(snapshots%residuals(1, :), snapshots%reasons == reason_converged), report)
       if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
       call report_model(model, report)
       if (size(refinement%rounds) > 0) call report_refinement(refinement%rounds, refinement%best_round, &
@@ -282,6 +282,7 @@ contains
     type(model_t) :: model
     type(solved_points_t) :: solved
     type(error_t), allocatable :: error
+    integer :: n_solved
 
     call announce_stiffness(session)
     PetscCall(session%full_order%load(session%deck, error, ierr))
@@ -307,9 +308,12 @@ contains
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_fields(session%full_order%problem, points, solved, report)
     PetscCall(write_report(session, field_keys, report, ierr))
-    call log_info('fields at ' // counted(size(points, 2), 'point') // ': ' // session%folder // '/fields.xdmf' // &
+    n_solved = count(solved%states%reason == reason_converged)
+    call log_info('fields at ' // counted(n_solved, 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
-    if (any(solved%states%reason /= reason_converged)) session%exit_code = exit_not_converged
+    if (n_solved == size(points, 2)) return
+    call log_warning('the files have no fields for ' // counted(size(points, 2) - n_solved, 'point') // ' that did not converge')
+    session%exit_code = exit_not_converged
   end subroutine fields_stage
 
   !> Reads model.h5 of the results folder. Local; each rank reads it. Errors: it is missing, cannot be read, or was trained for

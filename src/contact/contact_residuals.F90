@@ -2,12 +2,14 @@
 #include "signorom/macros.h"
 !> How well an answer meets (3): equilibrium, penetration, sign of the multipliers, complementarity, balance of forces.
 module sig_contact_residuals
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: largest_size, sum_of_sizes
   use sig_load_pattern, only: load_pattern_t
   use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
+  use sig_reasons, only: reason_linear_solver
   use petsc
   implicit none(type, external)
   private
@@ -26,7 +28,8 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank
+    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank; the
+    !> reason becomes reason_linear_solver if a solution has values that are not finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -35,6 +38,7 @@ contains
     states(1) = state
     PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, reactions, ierr))
     state%residuals = states(1)%residuals
+    state%reason = states(1)%reason
     if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
     state%reactions = 0
     state%reactions(system%map%local_dofs(own_prescribed(system))) = reactions(:, 1)
@@ -161,7 +165,7 @@ contains
     real(rk), intent(in) :: smallest_per_length
     !> [force] and forces below this count as this
     real(rk), intent(in) :: smallest_load
-    !> in: displacement and multipliers; out: also residuals
+    !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
     type(contact_state_t), intent(inout) :: state
     real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n
@@ -181,14 +185,16 @@ contains
       r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
         i_component=system%first_balanced, n)])
     end associate
+    if (state%reason > 0 .and. .not. (all(ieee_is_finite(state%displacement)) .and. all(ieee_is_finite(state%multipliers)))) &
+      state%reason = reason_linear_solver
   end subroutine compare
 
-  !> Returns part / whole; 0 if whole is 0 or less, as the largest of no multipliers is, and if it is NaN.
+  !> Returns part / whole; 0 if whole is 0 or less, as the largest of no multipliers is.
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole
 
     relative = 0
-    if (whole > 0) relative = part / whole
+    if (.not. whole <= 0) relative = part / whole
   end function relative
 end module sig_contact_residuals

@@ -20,7 +20,7 @@ module sig_field_output
   use sig_online_model, only: online_model_t
   use sig_problem, only: problem_t
   use sig_query, only: query_t
-  use sig_reasons, only: reason_text
+  use sig_reasons, only: reason_converged, reason_text
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_rooms, only: rooms_t
   use sig_solver_options, only: refuse_unused_options
@@ -49,8 +49,8 @@ module sig_field_output
 contains
 
   !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf (the latter two only
-  !> if the deck has contact and wants fields of it). Points that did not converge are written, too, with what the solver returned;
-  !> solved%states has the reasons. Collective on all ranks. A signal ends it after the current points, and then nothing is written.
+  !> if the deck has contact and wants fields of it). A point that did not converge is left out of the files; solved%states has the
+  !> reasons. Collective on all ranks. A signal ends it after the current points, and then nothing is written.
   !>
   !> Errors: the solver does not use one of its PETSc options; a file cannot be written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
@@ -110,14 +110,18 @@ contains
       end do
       PetscCall(agree_to_stop(PETSC_COMM_WORLD, solved%is_stopped, ierr))
       if (first == 1) then
-        PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+        ! a group without a point has read no options; the first rank's group has one
+        if (team%groups%world_rank == 0) then
+          PetscCall(refuse_unused_options(problem%plan%type, error, ierr))
+        end if
+        PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
       end if
       if (solved%is_stopped .or. allocated(error)) return
     end do
   end subroutine solve_points
 
-  !> Writes the files of the fields, without the reduced model if it cannot be prepared for queries. Local: one rank writes. Errors:
-  !> a file cannot be written.
+  !> Writes the files of the fields at the points that converged, without the reduced model if it cannot be prepared for queries.
+  !> Local: one rank writes. Errors: a file cannot be written.
   subroutine write_file(problem, points, folder, states, error, model)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points), checked
@@ -145,6 +149,7 @@ contains
       if (.not. allocated(message)) call query%create(online, message)
     end if
     do i = 1, size(points, 2)
+      if (states(i)%reason /= reason_converged) cycle
       call writer%start_point(header, points(:, i))
       call find_values(header, points(:, i), states(i), values)
       call writer%write_values(header, values, .false.)

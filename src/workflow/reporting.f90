@@ -220,8 +220,8 @@ contains
       ' with a condition number of ' // short_number(cluster%condition_number) // ', hats: ' // hats_text(cluster)
   end function cluster_text
 
-  !> Adds, below points/1, points/2, ..., each point, how its full-order solution ended, its iterations and time [s], its number of
-  !> rows with a force above 0, the sum of all contact forces, and its residuals; also if it did not converge.
+  !> Adds, below points/1, points/2, ..., each point, how its full-order solution ended, its iterations, its time [s] and its
+  !> residuals. If it converged: also the number of rows with a force above 0, and the sum of all contact forces.
   subroutine report_states(deck, points, states, report)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_points)
@@ -238,8 +238,10 @@ contains
       call report%add(key // 'status', reason_text(states(i)%reason))
       call report%add(key // 'iterations', states(i)%n_iterations)
       call report%add(key // 'linear_iterations', states(i)%n_linear_iterations)
-      call report%add(key // 'n_active', count(states(i)%multipliers > 0))
-      call report%add(key // 'contact_force', sum(states(i)%multipliers))
+      if (states(i)%reason == reason_converged) then
+        call report%add(key // 'n_active', count(states(i)%multipliers > 0))
+        call report%add(key // 'contact_force', sum(states(i)%multipliers))
+      end if
       call report%add(key // 'seconds', states(i)%seconds)
       call report%add(key // 'residuals/equilibrium', states(i)%residuals%equilibrium)
       call report%add(key // 'residuals/penetration', states(i)%residuals%penetration)

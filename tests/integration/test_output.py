@@ -342,7 +342,10 @@ def test_solve_at_a_point(signorom, tmp_path, results, n_ranks):
 @pytest.mark.parametrize(
     ("at", "message"),
     [
-        ("squeeze=1.1", "small_disks.yaml:11:13: error: the prescribed displacements press nodes 1 and 16"),
+        (
+            "squeeze=1.1",
+            "small_disks.yaml:11:13: error: the prescribed displacements and the gap press nodes 1 and 16",
+        ),
         ("squeez=0.2", "error: unknown parameter 'squeez' in --at; the parameters are squeeze"),
     ],
 )
@@ -398,13 +401,20 @@ def test_points_that_do_not_converge(signorom, tmp_path, n_ranks):
     sampled = signorom.run("sample", deck.name, folder=tmp_path, n_ranks=n_ranks)
     assert sampled.returncode == 3
     n_failed = int(re.search(r"warning: (\d+) of the points did not converge", sampled.stderr).group(1))
-    reasons = read_snapshots(tmp_path / "results" / "small_disks" / "snapshots.h5")["reasons"]
-    assert 0 < n_failed == (reasons < 0).sum() < 15
+    snapshots = read_snapshots(tmp_path / "results" / "small_disks" / "snapshots.h5")
+    assert 0 < n_failed == (snapshots["reasons"] < 0).sum() < 15
+    failed = snapshots["parameters"][snapshots["reasons"] < 0][0, 0]
+    deck.write_text(deck.read_text().replace("{squeeze: 0.4}", f"{{squeeze: {float(failed)!r}}}"))
     done = signorom.run("run", deck.name, folder=tmp_path, n_ranks=n_ranks)
     assert done.returncode == 3, done.stderr
     assert len(re.findall(r"warning: training without squeeze = ", done.stderr)) == n_failed
     report = yaml.safe_load((tmp_path / "results" / "small_disks" / "report.yaml").read_text())
     assert len(report["sampling"]["not_converged"]) == n_failed
+    # the files have the fields of the points that converged, and no others
+    solved = [point["point"] for point in report["points"].values() if point["status"] == "converged"]
+    assert solved == ["squeeze = 0.2 m"]
+    with h5py.File(tmp_path / "results" / "small_disks" / "fields.h5") as file:
+        assert [point.attrs["label"] for point in file["points"].values()] == solved
     # enough steps: the marked points are tried again, the others kept
     deck.write_text(deck.read_text().replace("max_iterations: 3", "max_iterations: 20"))
     assert f"({15 - n_failed} were there)" in signorom("run", deck.name, folder=tmp_path, n_ranks=n_ranks)

@@ -3,6 +3,7 @@
 
 import re
 
+import h5py
 import numpy as np
 import pytest
 import yaml
@@ -46,7 +47,12 @@ def test_load_that_pulls_a_body_off(signorom, tmp_path, solver, n_ranks):
     assert done.returncode == 3
     assert "not converged at push = 0.05 m: there is no equilibrium: the loads pull a body off" in done.stderr
     report = yaml.safe_load((tmp_path / "results" / "patch" / "report.yaml").read_text())
-    assert report["points"]["1"]["status"].startswith("there is no equilibrium")
+    point = report["points"]["1"]
+    assert point["status"].startswith("there is no equilibrium")
+    assert not {"n_active", "contact_force", "reactions"} & set(point)
+    assert "the files have no fields for 1 point that did not converge" in done.stderr
+    with h5py.File(tmp_path / "results" / "patch" / "fields.h5") as file:
+        assert "points" not in file
 
 
 def test_preconditioner_that_is_no_factorization(signorom, tmp_path):

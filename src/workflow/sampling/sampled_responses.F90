@@ -276,7 +276,7 @@ contains
       PetscCall(solver%look_at(problem, point, ierr))
       PetscCall(measure_residuals(solver%system, theta, state, ierr))
       associate (limit => problem%deck%reduction%stiffness_tolerance)
-        if (state%residuals%equilibrium > limit) state%reason = reason_no_complementary_solution
+        if (.not. state%residuals%equilibrium <= limit) state%reason = reason_no_complementary_solution
       end associate
     end if
     if (state%reason /= reason_converged) then
