@@ -144,10 +144,9 @@ typedef struct {
  * earlier libraries with the same major version (before 1.0.0: with the same minor version). */
 const char *signorom_version(void);
 
-/* Reads a model from a file. `model` must not be null. The call sets `*model` even when it fails, so that
- * signorom_model_message can tell the reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the path
- * is null. SIGNOROM_BAD_MODEL: the file cannot be read or the model cannot answer. Always close the model, also after a
- * failure. */
+/* Reads a model from a file. The call sets `*model` even when it fails, so that signorom_model_message can tell the
+ * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: `path` or `model` is null. SIGNOROM_BAD_MODEL:
+ * the file cannot be read or the model cannot answer. Always close the model, also after a failure. */
 int signorom_open(const char *path, signorom_model **model);
 /* Returns the reason why signorom_open failed, as a text that exists as long as the model. It is empty after a success,
  * and null where the model is null. */
@@ -213,8 +212,8 @@ int signorom_get_domain_contacts(const signorom_model *model, int cluster, int *
 int signorom_get_next_cluster(const signorom_model *model, const double *point, int *cluster);
 
 /* Makes a context for queries. The call sets `*context` even when it fails, so that signorom_message can tell the
- * reason; only SIGNOROM_NO_MEMORY leaves it null. `context` must not be null. SIGNOROM_BAD_ARGUMENT: the model is null,
- * or signorom_open failed. SIGNOROM_BAD_MODEL: an expression of the model is not valid. Make and free contexts one at a
+ * reason; only SIGNOROM_NO_MEMORY leaves it null. SIGNOROM_BAD_ARGUMENT: the model or `context` is null, or
+ * signorom_open failed. SIGNOROM_BAD_MODEL: an expression of the model is not valid. Make and free contexts one at a
  * time, under a lock or before the threads start; other threads may query meanwhile. Always free a context; the model
  * must stay open as long as it exists. */
 int signorom_create_context(const signorom_model *model, signorom_context **context);
@@ -233,12 +232,11 @@ void signorom_free_context(signorom_context *context);
  * SIGNOROM_BAD_ARGUMENT: the point is null, or the size of the answer is not set; `answer` is not written. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
- * size in the first answer holds for all answers, and the call writes it to each of them. So set it: with 0 the call
- * takes `answers` for an array of the first version, whose elements are smaller. A point without an answer does not
- * stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are 0, and the call returns SIGNOROM_NO_ANSWER.
- * Afterwards the last answer of the context is that of the last point; there is none if n is 0, if the last point has
- * none or if the call is refused. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are null, or the size of
- * the first answer is not set. */
+ * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
+ * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are NaN, and the call returns
+ * SIGNOROM_NO_ANSWER. Afterwards the last answer of the context is that of the last point; there is none if n is 0, if
+ * the last point has none or if the call is refused. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are
+ * null, or the size of the first answer is not set. */
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 

@@ -29,13 +29,15 @@ module sig_c_answers
 contains
 
   !> Whether the component `size` of the caller's answer is possible, or `answer` is null; otherwise the message of the context says
-  !> how to set the size. It must be 0, or at least first_size and less than too_large; a program with a newer header has larger
-  !> answers. Size 0, as in an answer filled with zeros, means the first version of the structure, with which every later version
-  !> begins.
-  logical function has_size(handle, answer, n_bytes)
+  !> how to set the size. It must be at least first_size and less than too_large; a program with a newer header has larger answers.
+  !> Size 0 is possible for one answer, not for several, whose distance it does not tell: as in an answer filled with zeros, it
+  !> means the first version of the structure, with which every later version begins.
+  logical function has_size(handle, answer, n, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or the first of several, or null
     type(c_ptr), intent(in) :: answer
+    !> number of answers
+    integer(c_int), intent(in) :: n
     !> [bytes] size of one answer of the caller, and so the distance of two answers in an array: first_size if `size` is 0; 0 for
     !> null
     integer(c_size_t), intent(out) :: n_bytes
@@ -46,7 +48,7 @@ contains
     if (.not. c_associated(answer)) return
     call c_f_pointer(answer, told)
     n_bytes = told%size
-    if (n_bytes == 0) n_bytes = first_size
+    if (n_bytes == 0 .and. n == 1) n_bytes = first_size
     has_size = n_bytes >= first_size .and. n_bytes < too_large
     if (.not. has_size) call keep(handle%message, &
       'the size of the answer, or of the first of several, is not set: signorom_answer answer = SIGNOROM_ANSWER;')

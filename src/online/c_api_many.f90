@@ -46,7 +46,7 @@ contains
     end if
     if (c_associated(multipliers)) &
       call c_f_pointer(multipliers, targets%multipliers, [handle%model%online%model%n_multipliers, int(n)])
-    call ask_all(handle, n, points, answers, targets, 0.0_rk, code)
+    call ask_all(handle, n, points, answers, targets, code)
   end function signorom_query_many
 
   integer(c_int) function signorom_query_arrays(context, n, points, arrays) result(code) bind(c)
@@ -67,7 +67,7 @@ contains
     end if
     call c_f_pointer(arrays, given)
     call set_targets(handle, n, given, targets, is_fine)
-    if (is_fine) call ask_all(handle, n, points, given%answers, targets, ieee_value(1.0_rk, ieee_quiet_nan), code)
+    if (is_fine) call ask_all(handle, n, points, given%answers, targets, code)
   end function signorom_query_arrays
 
   !> Drops the last answer, and keeps the message that the number of points is negative, or the points or the arrays are null.
@@ -132,9 +132,9 @@ contains
 
   !> Queries one point after the other, and fills `answers` and `targets`. The context then has the answer of the last point, or
   !> none if n is 0. code is code_ok; no_answer if a point has no answer (the others are answered all the same); bad_argument,
-  !> without any query, if there are points and the size of the answers is not set. Without code_ok the message of the context says
-  !> which of the two it is.
-  subroutine ask_all(handle, n, points, answers, targets, blank, code)
+  !> without any query, if there are points and the size of the answers is not set (has_size). Without code_ok the message of the
+  !> context says which of the two it is.
+  subroutine ask_all(handle, n, points, answers, targets, code)
     type(context_handle_t), intent(inout) :: handle
     !> number of points
     integer(c_int), intent(in) :: n
@@ -143,8 +143,6 @@ contains
     !> the caller's answers, or null
     type(c_ptr), intent(in) :: answers
     type(targets_t), intent(inout) :: targets
-    !> value of the multipliers and displacements of a point without an answer, and of the displacement of a node that has none
-    real(rk), intent(in) :: blank
     integer(c_int), intent(out) :: code
     real(c_double), pointer :: values(:, :)
     integer(c_int) :: code_of_point
@@ -154,7 +152,7 @@ contains
     code = bad_argument
     handle%has_answer = .false.
     if (n > 0) then
-      if (.not. has_size(handle, answers, n_bytes)) return
+      if (.not. has_size(handle, answers, n, n_bytes)) return
     end if
     call c_f_pointer(points, values, [size(handle%model%names), int(n)])
     n_failed = 0
@@ -162,7 +160,7 @@ contains
       call ask(handle, values(:, i), code_of_point)
       if (code_of_point /= code_ok) n_failed = n_failed + 1
       if (c_associated(answers)) call tell(handle, code_of_point, n_bytes, place_of(answers, n_bytes, i))
-      call fill_targets(handle, i, blank, targets)
+      call fill_targets(handle, i, targets)
     end do
     code = code_ok
     if (n_failed == 0) return
@@ -171,19 +169,18 @@ contains
   end subroutine ask_all
 
   !> Writes forces, resultants and displacements of the last answer to those arrays of the caller that are given, at point i.
-  !> Without an answer the forces and the displacements are `blank`, and the resultants are those of such forces.
-  subroutine fill_targets(handle, i, blank, targets)
+  !> Without an answer all of them are NaN.
+  subroutine fill_targets(handle, i, targets)
     type(context_handle_t), intent(inout) :: handle
     !> number of the point, 1-based
     integer, intent(in) :: i
-    real(rk), intent(in) :: blank
     type(targets_t), intent(inout) :: targets
 
     if (associated(targets%multipliers)) then
       if (handle%has_answer) then
         call reconstruct_multipliers(handle%model%online, handle%answer, handle%rooms, targets%multipliers(:, i))
       else
-        targets%multipliers(:, i) = blank
+        targets%multipliers(:, i) = ieee_value(1.0_rk, ieee_quiet_nan)
       end if
       if (associated(targets%areas)) then
         associate (model => handle%model%online%model)
@@ -192,21 +189,19 @@ contains
         end associate
       end if
     end if
-    if (associated(targets%displacement)) call fill_nodes(handle, blank, targets%nodes, targets%displacement(:, :, i))
+    if (associated(targets%displacement)) call fill_nodes(handle, targets%nodes, targets%displacement(:, :, i))
   end subroutine fill_targets
 
-  !> Computes the displacement of the chosen nodes in the last answer; all are `blank` without an answer.
-  subroutine fill_nodes(handle, blank, nodes, displacement)
+  !> Computes the displacement of the chosen nodes in the last answer; NaN without an answer, and for nodes that have none.
+  subroutine fill_nodes(handle, nodes, displacement)
     type(context_handle_t), intent(in) :: handle
-    !> value for nodes without displacement
-    real(rk), intent(in) :: blank
     !> node numbers, 0-based
     integer(c_int), intent(in) :: nodes(:)
     !> [length] shape (n_dim, size(nodes))
     real(c_double), intent(out) :: displacement(:, :)
     integer :: i
 
-    displacement = blank
+    displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     if (.not. handle%has_answer) return
     associate (part => handle%model%online%model%parts(handle%answer%displacement_part)%reduced)
       if (.not. part%has_displacement()) return

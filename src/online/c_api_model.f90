@@ -24,12 +24,14 @@ contains
 
   integer(c_int) function signorom_open(path, model) result(code) bind(c)
     type(c_ptr), value :: path
-    type(c_ptr), intent(out) :: model
+    type(c_ptr), intent(out), optional :: model
     type(model_handle_t), pointer :: handle
     type(error_t), allocatable :: error
     character(:), allocatable :: message
     integer :: status
 
+    code = bad_argument
+    if (.not. present(model)) return
     model = c_null_ptr
     allocate (handle, stat=status)
     code = no_memory

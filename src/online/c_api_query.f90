@@ -13,11 +13,13 @@ contains
 
   integer(c_int) function signorom_create_context(model, context) result(code) bind(c)
     type(c_ptr), value :: model
-    type(c_ptr), intent(out) :: context
+    type(c_ptr), intent(out), optional :: context
     type(context_handle_t), pointer :: handle
     character(:), allocatable :: message
     integer :: status
 
+    code = bad_argument
+    if (.not. present(context)) return
     context = c_null_ptr
     allocate (handle, stat=status)
     code = no_memory
@@ -77,7 +79,7 @@ contains
       call keep(handle%message, 'the point is a null pointer')
       return
     end if
-    if (.not. has_size(handle, answer, n_bytes)) return
+    if (.not. has_size(handle, answer, 1_c_int, n_bytes)) return
     call c_f_pointer(point, values, [size(handle%model%names)])
     call ask(handle, values, code)
     if (c_associated(answer)) call tell(handle, code, n_bytes, answer)

@@ -198,6 +198,8 @@ contains
     if (rows_fit) rows_fit = all([(rows%dofs(i) == rows%dofs(i - modulo(i - 1, rows%n_dim)) + modulo(i - 1, rows%n_dim), &
       i=1, size(rows%dofs))]) .and. all(modulo(rows%dofs(1::rows%n_dim) - 1, rows%n_dim) == 0)
     ! normals are divided by the length of the owner's coefficients, so it must not be zero
-    if (rows_fit) rows_fit = all([(norm2(rows%coefficients_of(i)) > 0, i=1, rows%n_rows)])
+    associate (first => rows%offsets, n_dim => rows%n_dim)
+      if (rows_fit) rows_fit = all([(norm2(rows%coefficients(first(i) + 1:first(i) + n_dim)) > 0, i=1, rows%n_rows)])
+    end associate
   end function rows_fit
 end module sig_field_map_file

@@ -122,6 +122,12 @@ static int check_sizes(signorom_context *context, const double *points) {
   memset(&none, 0, sizeof none); /* the first version: what came later is not written */
   is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.size == offsetof(signorom_answer, bound);
   is_fine &= none.n_solutions >= 1 && none.bound == 0 && none.relative_bound == 0;
+  answers[0].known.size =
+      0; /* one answer may have the first version's size, of several it would not be their distance */
+  is_fine &= signorom_query_many(context, 1, points, &answers[0].known, NULL) == SIGNOROM_OK;
+  answers[0].known.size = 0;
+  is_fine &= signorom_query_many(context, 2, points, &answers[0].known, NULL) == SIGNOROM_BAD_ARGUMENT;
+  answers[0].known = (signorom_answer)SIGNOROM_ANSWER;
   answers[0].known.size = sizeof answers[0];
   is_fine &= signorom_query_many(context, 2, points, &answers[0].known, NULL) == SIGNOROM_OK;
   is_fine &= answers[0].later == 7 && answers[1].later == 8 && answers[1].known.size == sizeof answers[0];
@@ -136,6 +142,8 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   int node = sizes->n_nodes, is_fine = 1;
   is_fine &= signorom_create_context(NULL, &context) == SIGNOROM_BAD_ARGUMENT && strlen(signorom_message(context)) > 0;
   signorom_free_context(context);
+  is_fine &= signorom_create_context(model, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_open("model.h5", NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_create_context(model, &context) == SIGNOROM_OK;
   is_fine &= signorom_get_multipliers(context, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_query(context, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
