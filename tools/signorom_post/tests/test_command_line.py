@@ -173,7 +173,7 @@ def test_mesh_of_another_model_is_an_error(folder: Path, capsys: pytest.CaptureF
         file["mesh/coordinates"] = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]
         file["mesh/topology"] = [[0, 1, 2, 3]]
     assert main(["figures", str(folder)]) == 2
-    assert "the mesh is not the one of 'model.h5'" in capsys.readouterr().err
+    assert "it does not belong to 'model.h5'" in capsys.readouterr().err
 
 
 def test_model_without_hats_has_no_figure_of_them(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

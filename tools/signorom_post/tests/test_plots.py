@@ -128,7 +128,7 @@ def test_reduced_domain_without_a_model(fields: FieldFile, disks: HalfDisks) -> 
 
 def test_model_of_a_larger_mesh_is_refused(fields: FieldFile, tmp_path: Path) -> None:
     write_model(tmp_path / "model.h5", HalfDisks(9, 30))
-    with pytest.raises(InputError, match=r"the mesh is not the one of 'model\.h5'"):
+    with pytest.raises(InputError, match=r"it does not belong to 'model\.h5'"):
         reduced_domain(fields, read_model(tmp_path / "model.h5").clusters[0])
 
 

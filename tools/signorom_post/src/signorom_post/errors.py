@@ -23,6 +23,8 @@ def writing(what: str, place: Path) -> Iterator[None]:
     """
     try:
         yield
+    except BrokenPipeError:  # of the terminal, not of the file
+        raise
     except OSError as error:
         raise InputError(error.filename or place, f"{what} cannot be written ({error.strerror})") from error
 

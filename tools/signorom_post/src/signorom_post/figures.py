@@ -100,7 +100,7 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
         raise NotDrawableError(f"{fields.path}: there is no parameter point")
     if wanted is None:
         return fields.points[len(fields.points) // 2]
-    if wanted.isdigit() and 1 <= int(wanted) <= len(fields.points):
+    if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted) <= len(fields.points):
         return fields.points[int(wanted) - 1]
     for point in fields.points:
         if point.label == wanted:

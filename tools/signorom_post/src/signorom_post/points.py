@@ -38,7 +38,7 @@ def points_of(parameters: Sequence[Parameter], points: FloatArray) -> FloatArray
 
     ValueError if they have another shape, or if a value is not finite.
     """
-    given = np.ascontiguousarray(points, dtype=float)
+    given = np.array(points, dtype=float, order="C")
     if given.ndim != 2 or given.shape[1] != len(parameters):
         raise ValueError(f"points must have shape (n_points, {len(parameters)}), not {given.shape}")
     is_finite = np.isfinite(given)

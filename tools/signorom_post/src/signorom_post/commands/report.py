@@ -23,8 +23,8 @@ def run(options: argparse.Namespace) -> int:
     """
     results = Results(options.results)
     output = options.output or options.results / "report.html"
-    page = build_page(results, options.log)
     with writing("the page", output):
+        page = build_page(results, options.log)
         output.write_text(page, encoding="utf-8")
     options.log.result(output)
     return 0

@@ -11,7 +11,7 @@ from signorom_post.compare.entries import read_study
 from signorom_post.compare.table import explanation, format_markdown, write_csv
 from signorom_post.compare.timing import query_time
 from signorom_post.compare.variants import run_variants
-from signorom_post.errors import InputError
+from signorom_post.errors import InputError, writing
 from signorom_post.library import LibraryError
 from signorom_post.log import Progress
 from signorom_post.program import terminable
@@ -70,8 +70,6 @@ def run(options: argparse.Namespace) -> int:
         folders = options.results or _make(options)
         with Progress(options.log, "models", len(folders)) as progress:
             study = read_study(folders, _timer(options, progress))
-        if options.csv:
-            write_csv(options.csv, [*study.full_order, *study.models])
     except OSError as error:
         raise InputError(
             error.filename or "signorom-post compare", f"cannot be used ({error.strerror})"
@@ -79,6 +77,9 @@ def run(options: argparse.Namespace) -> int:
     has_times = not options.no_times
     options.log.result(format_markdown(study, has_times))
     options.log.result(f"\n{explanation(study, has_times, options.points, options.seed)}")
+    if options.csv:
+        with writing("the table", options.csv):
+            write_csv(options.csv, [*study.full_order, *study.models])
     return 0
 
 
