@@ -81,7 +81,10 @@ contains
     character(:), allocatable :: hint
 
     hint = see_help
-    if (command%at /= '' .and. index(word, '=') > 0) hint = 'write --at ' // command%at // ',' // word
+    if (command%at /= '' .and. index(word, '=') > 0) then
+      hint = 'write --at ' // command%at // ',' // word
+      if (command%at(len(command%at):) == ',') hint = 'write --at ' // command%at // word
+    end if
     call make_error(error, 'unexpected argument ''' // word // '''', hint=hint)
   end subroutine refuse_word
 

@@ -120,7 +120,7 @@ contains
       entries = contact
       if (is_swapped) call swap_sides(entries(i_entry))
       more%terms = terms
-      call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, more, failure)
+      call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, is_swapped, more, failure)
       if (.not. allocated(failure)) call find_conflict(mesh, contact, is_prescribed, rows, more%rows, speaks_against)
     end subroutine try_order
   end subroutine add_mortar_rows
@@ -145,13 +145,15 @@ contains
 
   !> Builds the contact rows of one entry, in the order of its sides. Errors: those of add_mortar_rows except the reasons of
   !> find_conflict.
-  subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, more, error)
+  subroutine build_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, is_swapped, more, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
     type(contact_config_t), intent(in) :: contact(:)
     integer, intent(in) :: i_entry
     character(*), intent(in) :: deck_path
     logical, intent(in) :: is_prescribed(:)
+    !> the entry's first surface is the deck's second one
+    logical, intent(in) :: is_swapped
     !> in: the terms that are there; out: with all components
     type(new_rows_t), intent(inout) :: more
     type(error_t), allocatable, intent(out) :: error
@@ -187,7 +189,7 @@ contains
       if (allocated(error)) return
       call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, more%terms%n_terms(), more%rows)
       more%note = more%note // ', shares of up to ' // short_number(largest_share(more%rows), fine_digits) // &
-        finer_text(surfaces, first, second) // flat_text(surfaces)
+        finer_text(surfaces, first, second, is_swapped) // flat_text(surfaces, is_swapped)
     end associate
   end subroutine build_rows
 

@@ -74,27 +74,35 @@ contains
     end associate
   end function largest_share
 
-  !> Returns a note if the longest edge of the first surface is longer than that of the second one; otherwise empty.
-  pure function finer_text(surfaces, first, second) result(text)
+  !> Returns a note if the longest edge of the first surface is longer than that of the second one; otherwise empty. It is also
+  !> empty if the sides were swapped, because then only this order is possible.
+  pure function finer_text(surfaces, first, second, is_swapped) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     type(mortar_side_t), intent(in) :: first, second
+    !> the first surface is the deck's second one
+    logical, intent(in) :: is_swapped
     character(:), allocatable :: text
 
     text = ''
-    if (first%longest > second%longest) text = "; '" // surfaces%entry%first%text // "' has the longer edges: contact is more " // &
-      'accurate with the finer surface as first'
+    if (first%longest > second%longest .and. .not. is_swapped) text = "; '" // surfaces%entry%first%text // &
+      "' has the longer edges: contact is more accurate with the finer surface as first"
   end function finer_text
 
   !> Returns a note if the second surface is flat and the first one is not, and the deck gives no direction; otherwise empty. The
-  !> normals are those of the curved surface then, which is not right where bodies move far.
-  pure function flat_text(surfaces) result(text)
+  !> normals are those of the curved surface then, which is not right where bodies move far. The direction is that of the deck.
+  pure function flat_text(surfaces, is_swapped) result(text)
     type(surface_pair_t), intent(in) :: surfaces
+    !> the first surface is the deck's second one
+    logical, intent(in) :: is_swapped
     character(:), allocatable :: text
+    real(rk), allocatable :: direction(:)
 
     text = ''
     if (surfaces%entry%has_direction .or. .not. is_flat(surfaces%second_geometry) .or. is_flat(surfaces%first_geometry)) return
+    direction = flat_direction(surfaces%second_geometry)
+    if (is_swapped) direction = -direction
     text = "; '" // surfaces%entry%second%text // "' is flat and '" // surfaces%entry%first%text // "' is not: direction: " // &
-      direction_text(flat_direction(surfaces%second_geometry)) // ' in this entry is more accurate where the bodies move far'
+      direction_text(direction) // ' in this entry is more accurate where the bodies move far'
   end function flat_text
 
   !> Returns ` within the search distance (search_distance)` if some part of the first surface faces the second one beyond it;

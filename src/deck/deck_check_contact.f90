@@ -30,8 +30,11 @@ contains
       if (len(entry%first%text) > 0 .and. entry%first%text == entry%second%text) call tree%report_at(path // '.second', &
         'is ' // shown(entry%second%text) // ', the same as first; it must be another surface')
       do i = 1, i_contact - 1
-        if (are_same_surfaces(config%contact(i), entry)) call tree%report_at(path // '.first', &
-          'and second are the two surfaces of contact[' // to_text(i) // ']; a pair may be given only once, in either order')
+        if (.not. are_same_surfaces(config%contact(i), entry)) cycle
+        call tree%report_at(path // '.first', 'and second are the two surfaces of contact[' // to_text(i) // &
+          ']; a pair may be given only once, in either order')
+        ! one message is enough: a deck may repeat the entry hundreds of times
+        exit
       end do
       if (entry%has_obstacle) then
         call check_obstacle(tree, path, config, entry)

@@ -108,13 +108,14 @@ contains
       if (material%has_thermal_expansion) &
         call check_field(tree, path // '.thermal_expansion', config%parameters, material%thermal_expansion)
       do i = 1, size(material%regions)
-        do j = 1, i_material - 1
+        others: do j = 1, i_material - 1
           do k = 1, size(materials(j)%regions)
             if (len(material%regions(i)%text) == 0 .or. materials(j)%regions(k)%text /= material%regions(i)%text) cycle
             call tree%report_at(path // '.regions[' // to_text(i) // ']', 'is ' // shown(material%regions(i)%text) // &
               ', which belongs to materials.' // materials(j)%name // ' already')
+            exit others
           end do
-        end do
+        end do others
       end do
     end associate
   end subroutine check_material

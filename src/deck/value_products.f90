@@ -15,6 +15,8 @@ module sig_value_products
     character(:), allocatable :: of_place
   end type product_t
 
+  !> most characters of a function of a product: the parentheses around its factors can make it longer than the text in the deck
+  integer, parameter :: longest = 1000
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
 
@@ -31,7 +33,7 @@ contains
     type(string_t), intent(in) :: coordinate_names(:)
     !> must not be used unless is_split
     type(product_t), allocatable, intent(out) :: products(:)
-    !> whether no factor depends on both parameters and coordinates
+    !> whether no factor depends on both parameters and coordinates, and no text of a product is too long for an expression
     logical, intent(out) :: is_split
     !> first factor that depends on both, as it stands in the text; empty if there is none
     character(:), allocatable, intent(out), optional :: mixed_factor
@@ -65,7 +67,7 @@ contains
         coordinate_names, products(i), mixed)
       if (products(i)%of_place == '') products(i)%of_place = '1'
       if (is_split .and. mixed /= '' .and. present(mixed_factor)) mixed_factor = mixed
-      is_split = is_split .and. mixed == ''
+      is_split = is_split .and. mixed == '' .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= longest
     end do
   end subroutine split_products
 

@@ -19,7 +19,7 @@ module sig_load_pattern
     procedure :: n_terms
     procedure :: add_pattern
     procedure :: add_forces
-    procedure :: add_unit
+    procedure :: add_units
     procedure :: forces
     procedure :: part_sizes
     procedure :: loaded_dofs
@@ -73,16 +73,16 @@ contains
     end associate
   end subroutine add_forces
 
-  !> Adds an entry of 1: the value of the term is then the force [force] on the dof.
-  pure subroutine add_unit(self, i_term, dof)
+  !> Adds entries of 1: the value of term i is then the force [force] on dof i.
+  pure subroutine add_units(self, terms, dofs)
     class(load_pattern_t), intent(inout) :: self
-    !> index of the term, 1-based
-    integer, intent(in) :: i_term
+    !> 1-based, shape (size(dofs))
+    integer, intent(in) :: terms(:)
     !> natural
-    integer, intent(in) :: dof
+    integer, intent(in) :: dofs(:)
 
-    call append(self, [dof], [i_term], [1.0_rk])
-  end subroutine add_unit
+    call append(self, dofs, terms, spread(1.0_rk, 1, size(dofs)))
+  end subroutine add_units
 
   !> Appends entries, one for each element of the three arrays.
   pure subroutine append(self, dofs, terms, values)

@@ -16,7 +16,7 @@ module sig_surface_load
   use sig_surface_geometry, only: measure_surface, surface_geometry_t
   use sig_term_set, only: source_surface, term_set_t, term_source_t
   use sig_term_values, only: facet_forces
-  use sig_text, only: to_text
+  use sig_text, only: string_t, to_text
   use sig_value_products, only: product_t, split_products
   use sig_window_rule, only: facet_rule
   implicit none(type, external)
@@ -198,7 +198,7 @@ contains
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
     type(term_source_t) :: source
-    integer :: i, k, n, place_of_node(mesh%n_nodes)
+    integer :: i, n, place_of_node(mesh%n_nodes)
 
     associate (facets => mesh%groups(part%i_group)%entities, nodes => mesh%groups(part%i_group)%nodes)
       place_of_node = 0
@@ -211,11 +211,7 @@ contains
         source%facets(:n, i) = place_of_node(nodes_of_facet(mesh, facets(i)))
         call mark_components(source, i, n, part%component)
       end do
-      do i = 1, size(nodes)
-        do k = 1, mesh%n_dim
-          if (source%dof_terms(k, i) > 0) call name_dof_term(mesh, nodes(i), k, terms, term_of_dof, pattern, source%dof_terms(k, i))
-        end do
-      end do
+      call name_dof_terms(mesh, nodes, terms, term_of_dof, pattern, source%dof_terms)
     end associate
     source%kind = source_surface
     source%text = part%value%text
@@ -258,27 +254,37 @@ contains
     end associate
   end subroutine mark_components
 
-  !> Returns the term that is the force on one dof. Adds it to terms and pattern if it is not there.
-  subroutine name_dof_term(mesh, i_node, component, terms, term_of_dof, pattern, i_term)
+  !> Replaces each mark in dof_terms by the term that is the force on this dof. Adds the terms that are not there, and their entries
+  !> in the pattern, all at once: one by one, each would copy those before it.
+  subroutine name_dof_terms(mesh, nodes, terms, term_of_dof, pattern, dof_terms)
     type(mesh_t), intent(in) :: mesh
     !> natural, 1-based
-    integer, intent(in) :: i_node
-    !> of the displacement, 1-based
-    integer, intent(in) :: component
+    integer, intent(in) :: nodes(:)
     type(term_set_t), intent(inout) :: terms
     !> as in add_surface_load
     integer, intent(inout) :: term_of_dof(:)
     type(load_pattern_t), intent(inout) :: pattern
-    !> 1-based
-    integer, intent(out) :: i_term
-    integer :: dof
+    !> in: above 0 where the load can act; out: 1-based terms, 0 elsewhere; shape (n_dim, n_nodes)
+    integer, intent(inout) :: dof_terms(:, :)
+    type(string_t), allocatable :: names(:)
+    integer, allocatable :: new_dofs(:), new_terms(:)
+    integer :: dofs(mesh%n_dim, size(nodes)), i, k
 
-    dof = mesh%n_dim * (i_node - 1) + component
-    if (term_of_dof(dof) == 0) then
-      call terms%add_term('force along ' // terms%coordinate_names(component)%text // ' on node ' // &
-        to_text(mesh%node_tags(i_node)), term_of_dof(dof))
-      call pattern%add_unit(term_of_dof(dof), dof)
-    end if
-    i_term = term_of_dof(dof)
-  end subroutine name_dof_term
+    dofs = reshape([((mesh%n_dim * (nodes(i) - 1) + k, k=1, mesh%n_dim), i=1, size(nodes))], shape(dofs))
+    new_dofs = pack(dofs, dof_terms > 0)
+    new_dofs = pack(new_dofs, term_of_dof(new_dofs) == 0)
+    allocate (names(size(new_dofs)), new_terms(size(new_dofs)))
+    do i = 1, size(names)
+      associate (component => modulo(new_dofs(i) - 1, mesh%n_dim) + 1)
+        names(i)%text = 'force along ' // terms%coordinate_names(component)%text // ' on node ' // &
+          to_text(mesh%node_tags((new_dofs(i) - 1) / mesh%n_dim + 1))
+      end associate
+    end do
+    call terms%add_terms(names, new_terms)
+    call pattern%add_units(new_terms, new_dofs)
+    term_of_dof(new_dofs) = new_terms
+    do i = 1, size(nodes)
+      where (dof_terms(:, i) > 0) dof_terms(:, i) = term_of_dof(dofs(:, i))
+    end do
+  end subroutine name_dof_terms
 end module sig_surface_load

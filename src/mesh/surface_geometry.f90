@@ -36,6 +36,8 @@ contains
     associate (vectors => geometry%area_vectors, whole => sum(geometry%area_vectors, dim=2))
       is_flat = all([(dot_product(vectors(:, i), whole) >= (1 - flat_rounding) * norm2(vectors(:, i)) * norm2(whole), &
         i=1, size(vectors, 2))])
+      ! the vectors of a closed surface cancel
+      is_flat = is_flat .and. norm2(whole) > 0
     end associate
   end function is_flat
 

@@ -8,6 +8,7 @@ module sig_solvability
   use sig_hhr_system, only: held_stiffness
   use sig_singular_values, only: singular_values, svd
   use sig_text, only: append_text, counted, lost_digits, short_number, string_t, to_text
+  use sig_ties, only: first_largest
   implicit none(type, external)
   private
   public :: hang_bodies, measure_stiffness, rank_on_domain, is_undetermined, solvability_warnings, undetermined_text
@@ -74,7 +75,7 @@ contains
     reach = matmul(cluster%contact_matrix, transpose(vt(cluster%stiffness_rank + 1:, :)))
     is_anchor = .false.
     do k = 1, n_missing
-      i = maxloc(sum(reach**2, dim=2), dim=1)
+      i = first_largest(sum(reach**2, dim=2))
       if (sum(reach(i, :)**2) <= rank_tolerance**2 * sum(cluster%contact_matrix(i, :)**2)) return
       is_anchor(i) = .true.
       direction = reach(i, :) / norm2(reach(i, :))

@@ -103,7 +103,7 @@ def test_plane_into_prescribed_nodes_is_refused(signorom, tmp_path):
     changes = {**MOVING_PLANES, PAIRS: PLANES.replace("-squeeze", "-3*squeeze")}
     done = signorom.run("sample", write_deck("small_disks", tmp_path, **changes), folder=tmp_path)
     assert done.returncode == 2
-    assert "the prescribed displacements press node" in done.stderr
+    assert "the prescribed displacements and the gap press node" in done.stderr
     assert "into the obstacle" in done.stderr
 
 

@@ -71,7 +71,9 @@ contains
       reduced%largest_size = max(reduced%largest_size, reduced%size_in_energy(room, forces(:, i)))
     end do
     do i = 1, size(errors)
-      if (errors(i) > 0) errors(i) = errors(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
+      ! huge: no answer
+      if (errors(i) > 0 .and. errors(i) < huge(errors)) &
+        errors(i) = errors(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
     end do
     reduced%measured_error = maxval(errors)
     reduced%worst_point = maxloc(errors, dim=1)
