@@ -13,7 +13,8 @@
  *     signorom_close(model);
  *
  * Every call that can fail returns a signorom_code. A call returns SIGNOROM_BAD_ARGUMENT (null, if it returns a text)
- * where the model or the context is null or was not made successfully. A model keeps the message of a failed
+ * where the model or the context is null or was not made successfully; but then signorom_model_message and
+ * signorom_message tell the reason. A model keeps the message of a failed
  * signorom_open, a context the message of the last failed call with it; other calls with a model leave no message.
  * There are no global variables. Several threads may use one model if each thread has its own context; only one thread
  * at a time may use a context. Only one thread of the process at a time may make or free models and contexts. Numbers
@@ -288,7 +289,8 @@ int signorom_get_coordinates(const signorom_context *context, double *coordinate
 int signorom_get_displacement(const signorom_context *context, double *displacement);
 /* Gives the displacement of the n nodes that the caller chooses, in the last answer [n][n_dimensions].
  * SIGNOROM_NO_ANSWER: one of them has no displacement, or the model gives contact forces only; the array is not
- * written then. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, or a node does not exist. */
+ * written then. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or the last query gave no
+ * answer. */
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
 /* Fields. A model gives fields if its deck has `reduction: {fields: true}`. Other models have no cells, and the calls

@@ -203,11 +203,12 @@ contains
     if (command%output == '') then
       call log_warning(lines_missing)
     else
-      call log_info('stopped by a signal; nothing was written')
+      call log_info('stopped by a signal; no file was written')
     end if
   end subroutine say_stopped
 
-  !> Warns of points without an answer, in all blocks, and sets exit_code to 3 if there are any.
+  !> Warns of points without an answer, and sets exit_code to 3 if there are any. Counts all points that the block has answered
+  !> since its create, not only those that it holds now.
   subroutine report_unanswered(block, exit_code)
     type(answer_block_t), intent(in) :: block
     integer, intent(inout) :: exit_code

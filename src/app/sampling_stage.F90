@@ -131,7 +131,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (.not. session%deck%has_training) call make_error(error, &
-      'the deck has no training section, which names the points to sample', session%deck%path, &
+      'the deck has no training section; it must name the points to sample', session%deck%path, &
       hint='for example: training: {sobol: 64}')
   end subroutine need_training
 end module sig_sampling_stage

@@ -169,7 +169,7 @@ contains
     PetscCall(options_unused_everywhere(options, ierr))
     do i = 1, size(options)
       if (is_for_another_command(options(i)%text, command, self%deck%solver%type, flags(2, 1) > 0)) cycle
-      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used: it has no effect', &
+      call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used; the command ran to its end without it', &
         hint='check its name (options of signorom begin with two hyphens); solver.type condensed reads -fom_, ' // &
         'active_set -active_set_, snesvi -vi_; train reads -pod_')
       call self%fail(error)

@@ -202,7 +202,7 @@ contains
 
     ierr = 0
     if (.not. session%deck%has_test) then
-      call make_error(error, 'the deck has no test section, which names the points to validate at', session%deck%path, &
+      call make_error(error, 'the deck has no test section; it must name the points to validate at', session%deck%path, &
         hint='for example: test: {sobol: 50, seed: 1}')
     else
       call build_points(session%deck%test, session%deck%parameters, points, error)
@@ -333,7 +333,7 @@ contains
     call read_model(model_path(session), model, error)
     if (allocated(error)) return
     if (model%provenance /= problem%provenance .or. .not. has_sizes_of(problem, model)) call make_error(error, &
-      'the model was trained for another deck or mesh', model_path(session), &
+      'the model was trained for another deck, mesh or field file', model_path(session), &
       hint='sample and train again, or choose another output.directory')
     if (allocated(error)) return
     setting = differing_setting(session%deck, model%deck_text)

@@ -14,7 +14,7 @@ contains
 
   !> Returns the lowest index of the largest values. Values that differ by at most 1e-8 relative count as equal. NaN values do not
   !> count; if all are NaN, returns the last index.
-  !> Requires: at least one value, and a largest value >= 0.
+  !> Requires: at least one value; the largest one is at least 0, unless all are NaN.
   pure integer function first_largest(values) result(i_first)
     real(rk), intent(in) :: values(:)
 

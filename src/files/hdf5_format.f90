@@ -52,7 +52,7 @@ contains
     if (.not. allocated(error)) call file%open(path, error)
     call check_format(file, path, name, versions, hint, version, error)
     if (.not. (is_sealed .or. allocated(error))) call make_error(error, &
-      'the checksum at the beginning of the file is missing or damaged, so the content cannot be trusted', file=path, hint=hint)
+      'the file does not begin with a checksum, so its content cannot be trusted', file=path, hint=hint)
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 

@@ -48,8 +48,8 @@ contains
     end associate
   end subroutine check_weights
 
-  !> Returns the index in `facets` of the first facet with a node whose force under a uniform pressure is zero or negative (a face
-  !> of six or eight nodes); 0 if there is none.
+  !> Returns the index in `facets` of the first face of six or eight nodes, whose corners have zero or negative forces under a
+  !> uniform pressure; 0 if there is none. An edge that ends on the axis does not count here: see check_axis.
   pure integer function first_weak_facet(mesh, facets) result(i)
     type(mesh_t), intent(in) :: mesh
     !> facets in the mesh, 1-based

@@ -12,8 +12,9 @@ module sig_interpolated_certificate
 
 contains
 
-  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length], with W and q of closed anchors; rows of anchors do not
-  !> count. The result is huge for forces that do not balance the loads on bodies that only contact holds.
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length], with W and q of closed anchors. E leaves out
+  !> the forces on anchors, but these count in the balance: the result is huge if all forces together do not balance the loads on
+  !> bodies that only contact holds.
   real(rk) function interpolated_energy(data, theta, multipliers, opening) result(energy)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)

@@ -182,10 +182,9 @@ contains
     is_certain = online%model%max_error <= 0 .or. answer%relative_bound <= online%model%max_error
   end function is_certain
 
-  !> Bounds the answer's error by the part that answered. If this part cannot (can_certify), the fallback does it, provided that it
-  !> can and that the model has a limit (max_error > 0); otherwise nothing changes. Before that, the forces of all contacts are
-  !> reconstructed in answer%multipliers if they are not there yet. The fallback corrects forces (correct_forces) before it bounds
-  !> their error.
+  !> Bounds the answer's error by the part that answered or, if this part cannot (can_certify), by the fallback, if that can and the
+  !> model has a limit (max_error > 0). If neither can, nothing changes. Otherwise the forces of all contacts are first
+  !> reconstructed in answer%multipliers, if they are not there yet, and the fallback also corrects them (correct_forces).
   subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -213,8 +213,8 @@ contains
     if (size(theta, 1) > 0) field = field - matmul(own_response, theta(:, i))
   end function contact_part
 
-  !> Computes the singular values and left singular vectors of snapshots that every rank has. The ranks share the work, and each
-  !> gets the whole result. Collective on comm.
+  !> Computes the singular values and left singular vectors of snapshots that every rank has. Each rank gets the whole result. The
+  !> ranks share the work unless there are more snapshots than rows. Collective on comm.
   subroutine compute_pod(snapshots, comm, singular_values, vectors, ierr)
     !> shape (n_rows, n_snapshots), the same on all ranks
     real(rk), intent(in) :: snapshots(:, :)

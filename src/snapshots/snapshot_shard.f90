@@ -231,7 +231,7 @@ contains
       call make_error(error, 'these snapshots were written by another version of the program or on another kind of machine', &
         file=path, hint=remedy)
     case (other_provenance)
-      call make_error(error, 'these snapshots belong to another deck or mesh', file=path, hint=remedy)
+      call make_error(error, 'these snapshots belong to another deck, mesh or field file', file=path, hint=remedy)
     case (other_sizes)
       call make_error(error, 'these snapshots have other numbers of parameters, dofs or contacts than this deck needs; ' // &
         'perhaps the stopped run had another reduction.method (a condensed model keeps no displacements)', file=path, hint=remedy)

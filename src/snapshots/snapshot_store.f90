@@ -344,8 +344,8 @@ contains
     if (allocated(error)) return
     set%provenance = text
     if (provenance /= '' .and. set%provenance /= provenance) then
-      call make_error(error, 'these snapshots belong to another deck or mesh (provenance ' // set%provenance // ', not ' // &
-                      provenance // ')', file=path, hint=sample_again // &
+      call make_error(error, 'these snapshots belong to another deck, mesh or field file (provenance ' // set%provenance // &
+                      ', not ' // provenance // ')', file=path, hint=sample_again // &
                       ', or choose another results folder (output.directory)')
     end if
   end subroutine read_head

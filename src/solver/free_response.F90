@@ -181,8 +181,9 @@ contains
     moves_boundaries = any(abs(system%boundary%prescribed_values) > 0)
   end function moves_boundaries
 
-  !> Computes the lifting (result of solve_lifting) on every rank and in natural order. Factors K, or builds multigrid for it, only
-  !> if there is anything to lift. If there is nothing, or if this or a solve fails, the lifting is zero. Collective.
+  !> Computes the lifting, the responses to the prescribed terms and then to the forces of imposed strains (result of
+  !> solve_lifting), on every rank and in natural order. Factors K, or builds multigrid for it, only if there is anything to lift.
+  !> If there is nothing, or if this or a solve fails, the lifting is zero. Collective.
   subroutine compute_lifting(system, is_multigrid, response, reason, ierr)
     type(contact_system_t), intent(inout) :: system
     !> conjugate gradients with multigrid instead of a factorization

@@ -29,8 +29,8 @@ module sig_holding
 
 contains
 
-  !> Adds closed pairs to the wanted set until it holds the bodies, each time one that holds a further motion. Those with the
-  !> largest multipliers come first: they pull least.
+  !> Adds closed pairs to the wanted set until it holds the bodies, each time a pair that stops a motion which the set does not stop
+  !> yet. Of these the pair with the largest multiplier comes first (above 0 presses, below 0 pulls).
   pure subroutine keep_hold(motions, is_closed, multipliers, wanted)
     type(rigid_motions_t), intent(in) :: motions
     !> a set that holds the bodies, shape (n_rows)

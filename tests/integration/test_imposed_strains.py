@@ -201,7 +201,7 @@ def test_other_field_is_another_study(signorom, tmp_path, mesh):
     with h5py.File(tmp_path / "t.h5", "r+") as file:
         file["rise"][7] += 1e-3
     words = refuse(signorom, "sample", "hot.yaml", folder=tmp_path)
-    assert "these snapshots belong to another deck or mesh" in words
+    assert "these snapshots belong to another deck, mesh or field file" in words
 
 
 @pytest.mark.parametrize("method", ["condensed", "hhr"])

@@ -246,7 +246,7 @@ def test_shard_of_another_deck_is_refused(signorom, many_points):
     kill(process)
     deck.write_text(deck.read_text().replace("poisson_ratio: 0", "poisson_ratio: 0.1"))
     words = refuse(signorom, "sample", deck.name, folder=deck.parent)
-    assert re.search(r"results/patch/snapshots.part-1: error: .* another deck or mesh", words)
+    assert re.search(r"results/patch/snapshots.part-1: error: .* another deck, mesh or field file", words)
 
 
 @pytest.mark.parametrize(("command", "n_ranks"), on_ranks([("sample",), ("train",), ("run",)]))
@@ -255,7 +255,7 @@ def test_snapshots_of_another_deck_are_refused(signorom, tmp_path, command, n_ra
     signorom("sample", deck.name, folder=tmp_path)
     deck.write_text(deck.read_text().replace("young_modulus: 2.0e6", "young_modulus: 2.1e6"))
     words = refuse(signorom, command, deck.name, folder=tmp_path, n_ranks=n_ranks)
-    assert re.match(r"results/patch/snapshots.h5: error: .* another deck or mesh", words)
+    assert re.match(r"results/patch/snapshots.h5: error: .* another deck, mesh or field file", words)
 
 
 def test_snapshots_of_another_mesh_are_refused(signorom, tmp_path):
@@ -269,7 +269,7 @@ def test_snapshots_of_another_mesh_are_refused(signorom, tmp_path):
     signorom("sample", deck, folder=tmp_path)
     mesh.write_bytes((HERE / "meshes" / "two_blocks_v22_ascii.msh").read_bytes())
     words = refuse(signorom, "sample", deck, folder=tmp_path)
-    assert re.match(r"results/patch/snapshots.h5: error: .* another deck or mesh", words)
+    assert re.match(r"results/patch/snapshots.h5: error: .* another deck, mesh or field file", words)
 
 
 def test_what_does_not_change_the_answers_keeps_the_snapshots(signorom, tmp_path):
@@ -316,7 +316,7 @@ def test_model_of_another_deck_is_not_validated(signorom, tmp_path):
     signorom("run", deck.name, folder=tmp_path)
     deck.write_text(deck.read_text().replace("young_modulus: 2.0e6", "young_modulus: 2.1e6"))
     words = refuse(signorom, "validate", deck.name, folder=tmp_path)
-    assert re.match(r"results/patch/model.h5: error: .* another deck or mesh", words)
+    assert re.match(r"results/patch/model.h5: error: .* another deck, mesh or field file", words)
 
 
 @pytest.mark.parametrize("n_ranks", [1, 3])

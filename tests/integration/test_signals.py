@@ -108,7 +108,7 @@ def test_half_written_file_is_removed(signorom, tmp_path):
     os.close(descriptor)
     assert (done.returncode, done.stdout, done.stderr) == (
         130,
-        "stopped by a signal; nothing was written\n",
+        "stopped by a signal; no file was written\n",
         "",
     )
     assert files_in(tmp_path) == before
@@ -131,7 +131,7 @@ def test_end_of_answers_in_a_file(signorom, many_questions):
     done = finish(process, SOON)
     assert (done.returncode, done.stdout, done.stderr) == (
         130,
-        "stopped by a signal; nothing was written\n",
+        "stopped by a signal; no file was written\n",
         "",
     )
     assert list(many_questions.glob("answers*")) == []

@@ -23,7 +23,7 @@ def test_other_modulus_is_another_study(signorom, tmp_path):
     signorom("sample", deck.name, folder=tmp_path)
     deck.write_text(deck.read_text().replace("2e7 * push", "3e7 * push"))
     words = refuse(signorom, "sample", deck.name, folder=tmp_path)
-    assert "these snapshots belong to another deck or mesh" in words
+    assert "these snapshots belong to another deck, mesh or field file" in words
 
 
 @pytest.mark.parametrize("method", ["condensed", "hhr", "hhr, max_full_order_size: 0"])

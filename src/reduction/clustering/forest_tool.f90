@@ -60,7 +60,7 @@ contains
       exit_code = run_shell('exec ' // shell_text(unable) // ' forest --check')
       call make_error(error, &
         unable // ' is not able to train the random forest of irregular clusters; its message is printed above', &
-        hint='try it: ' // unable // ' forest --check')
+        hint='try it: ' // shell_text(unable) // ' forest --check')
     else if (is_named()) then
       call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which cannot be ' // &
         'started: it is missing, or the Python that its first line names is missing', &

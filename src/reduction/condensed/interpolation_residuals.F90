@@ -179,8 +179,9 @@ contains
     end do
   end subroutine add_weighted
 
-  !> Fills data%bodies(:)%bound of each body whose stiffness is a factor times an affine function of one elastic constant
-  !> (has_identity). Requires: the stiffness of the team is that of the places. Collective on all ranks.
+  !> Fills data%bodies(:)%bound of each body with has_identity: its stiffness is a factor times an affine function of one elastic
+  !> constant, and its responses are interpolated over this constant, not over its logarithm. Requires: the stiffness of the team is
+  !> that of the places. Collective on all ranks.
   subroutine fill_bounds(problem, team, constants, places, missing, columns, anchors, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team

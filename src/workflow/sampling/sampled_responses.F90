@@ -196,8 +196,8 @@ contains
     allocate (set%displacement(0, size(self%is_solved)))
     solved = take_snapshots(set, pack([(i, i=1, size(self%is_solved))], self%is_solved))
     if (solved%n_snapshots() < size(self%is_solved)) then
-      call log_warning('one of the points that are solved first, to measure errors, did not converge, so the other points are ' // &
-        'solved with their own stiffnesses, too')
+      call log_warning('one of the points that are solved first, to measure the error of the responses, did not converge; so ' // &
+        'the responses are not used, and each point is solved with its own stiffness')
       return
     end if
     call joined%create(problem, self%constants)

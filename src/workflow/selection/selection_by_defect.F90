@@ -75,8 +75,8 @@ contains
     end associate
     PetscCall(full_order%whole_team(whole_team, ierr))
     PetscCall(rounds%defect%create(rounds%problem, whole_team%solver, ierr))
-    if (.not. rounds%defect%is_bound) call log_info(why_no_bound(rounds%problem) // ': the defect is the size of the ' // &
-      'residuals, which is no bound of the error')
+    if (.not. rounds%defect%is_bound) call log_info('the defect is the size of the residuals, which is no bound of the ' // &
+      'error, because ' // why_no_bound(rounds%problem))
     call cut_at_end(rounds%problem%deck, selection)
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
     do while (selection%stopped_by == '')
@@ -97,7 +97,7 @@ contains
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
 
-    reason = 'solver.linear is gamg, a body is held by contact only, or the stiffness or the matrix of all contacts is too ' // &
+    reason = 'solver.linear is gamg, or a body is held by contact only, or the stiffness or the matrix of all contacts is too ' // &
       'large or cannot be factored'
     if (.not. problem%has_fixed_stiffness) reason = 'the stiffness depends on the parameters'
   end function why_no_bound

@@ -258,8 +258,8 @@ contains
       errors%field]
     column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
-      state%seconds, real(answer%n_solutions, rk), answer%relative_bound, real(merge(1, 0, answer%part /= answer%cluster), rk), &
-      answer%relative_displacement_bound, rotation]
+      state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
+      real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation]
   end function table_column
 
   !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution and to infinite

@@ -65,11 +65,11 @@ def warn_outside(
     outside = points[~is_inside]
     lowest = np.array([parameter.minimum for parameter in parameters])
     highest = np.array([parameter.maximum for parameter in parameters])
-    is_beyond = ((outside < lowest) | (outside > highest)).any(axis=0)
+    is_beyond = (outside < lowest) | (outside > highest)
     named = [
-        f"{parameter.name} ({_range_of(outside[:, k])}) lies outside of {range_of(parameter)}"
+        f"{parameter.name} ({_range_of(outside[is_beyond[:, k], k])}) lies outside of {range_of(parameter)}"
         for k, parameter in enumerate(parameters)
-        if is_beyond[k]
+        if is_beyond[:, k].any()
     ]
     where = f" at {len(outside)} of {len(points)} points" if len(points) > 1 else ""
     warnings.warn(

@@ -112,7 +112,9 @@ def run(options: argparse.Namespace) -> int:
 
 
 def make_paper(options: PaperOptions) -> list[Comparison]:
-    """Starts the runs that are missing, writes all files, prints the table, and returns the numbers of the table.
+    """Makes the figures and tables of `options.only`, and returns the numbers of the printed table.
+
+    It starts the runs that are needed and missing, and writes the files of the figures and tables, and a summary.
 
     InputError if the program or the deck is not found, or if a run fails. OSError if a file cannot be read or written.
     """
