@@ -7,6 +7,7 @@ import yaml
 
 from gmsh_mesh import make_mesh
 from results import read_table
+from runs import write_deck
 
 BLOCKS = """SetFactory("OpenCASCADE");
 Box(1) = {0, 0, 0, 3.7, 2.3, 1.1};
@@ -80,3 +81,17 @@ def test_a_window_beside_its_surface_is_named(signorom, blocks):
     done = signorom.run("solve", "blocks.yaml", "--at", "P=5,tilt=5", folder=blocks)
     assert done.returncode == 0
     assert "loads nothing" not in done.stderr
+
+
+def test_a_model_of_points_without_contact(signorom, tmp_path):
+    """The blocks are 0.01 m apart and never touch: u = G theta is exact, and no displacement by contact is known."""
+    changes = {
+        "{min: 0.02, max: 0.1, unit: m}": "{min: 0, max: 0.0078125, unit: m}",
+        "push: 0.05": "push: 0.005",
+        "{method: hhr}": "{method: condensed, max_full_order_size: 0.0005}",
+    }
+    deck = write_deck("patch", tmp_path, **changes)
+    signorom("run", deck.name, folder=tmp_path)
+    table = read_table(tmp_path / "results" / "patch" / "validation.csv")
+    assert max(table["n_active_full_order"]) == 0
+    assert np.nanmax(table["e_u"]) < 1e-12

@@ -189,8 +189,8 @@ contains
     end associate
   end subroutine add_modes
 
-  !> Sets data%basis to the POD modes (reduction.pod_tolerance) of u - G theta, the displacements by contact at the training points.
-  !> Collective on all ranks.
+  !> Sets data%basis to the POD modes (reduction.pod_tolerance) of u - G theta, the displacements by contact at the training points;
+  !> to one column of zeros if these are all 0. Collective on all ranks.
   subroutine find_modes(problem, snapshots, data, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -206,6 +206,8 @@ contains
     PetscCall(decompose_contact_parts(snapshots, data%free_response, theta, .false., PETSC_COMM_WORLD, pod, ierr))
     PetscCall(pod%left_vectors(pod_rank(pod%singular_values, problem%deck%reduction%pod_tolerance), data%basis, ierr))
     PetscCall(pod%destroy(ierr))
+    ! without any mode the model would not keep G of all dofs, which alone gives the displacement here
+    if (size(data%basis, 2) == 0) data%basis = spread(0 * data%free_response(:, 1), 2, 1)
   end subroutine find_modes
 
   !> Raises data%largest_size to the largest norm of the contact forces of one point in the norm of W, without the forces of the

@@ -251,7 +251,6 @@ contains
     !> [rad] largest_rotation of the full-order solution
     real(rk), intent(in) :: rotation
     real(rk) :: column(n_columns)
-
     type(comparison_t) :: comparisons(n_comparisons)
 
     comparisons = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
