@@ -350,7 +350,7 @@ int signorom_get_multiplier_gradient(signorom_context *context, double *gradient
 /* Gives the derivatives of the resultant forces [n_parameters][n_entries][n_dimensions] and of their moments
  * [n_parameters][n_entries][n_moments], as defined at signorom_get_resultants. */
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
-/* Gives the derivatives of the displacement of the n nodes (from 0) that the caller chooses
+/* Gives the derivatives of the displacement of the n nodes that the caller chooses
  * [n_parameters][n][n_dimensions]. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells
  * more. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not
  * succeed after the last query. */

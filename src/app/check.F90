@@ -30,8 +30,8 @@ module sig_check
 contains
 
   !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Warns if the tool that trains forests is
-  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error only these files are written,
-  !> and only if --at could be read and supports and loads could be built. Collective on all ranks.
+  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error it prints no deck. With
+  !> --fields the two files are still written if --at could be read and supports and loads could be built. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_points,
   !> check_points (also of the point of --fields) and check_box; a file cannot be written.

@@ -158,7 +158,7 @@ contains
     if (i_node > 0) call integer_of(tree, i_node, value)
   end subroutine get_integer
 
-  !> Reads a name of the mesh below a required key, with its line and column. The name is empty after an error.
+  !> Reads the name of a boundary or region below a required key, with its line and column. The name is empty after an error.
   subroutine get_name(tree, i_parent, key, name)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent

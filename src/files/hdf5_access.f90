@@ -31,8 +31,8 @@ module sig_hdf5_access
 
 contains
 
-  !> Creates the file `partial`; a file or link of this name is replaced. The file is removed if a signal ends the process. Errors:
-  !> no right to write there, no such folder. Then the handle is null.
+  !> Creates the file `partial`; a file or link of this name is replaced. The file is removed if a signal ends the process. The
+  !> handle is null after an error. Errors: no right to write there, no such folder.
   subroutine create_hdf5(path, partial, n_free, handle, error)
     !> name of the file for messages
     character(*), intent(in) :: path

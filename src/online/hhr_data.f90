@@ -117,8 +117,8 @@ module sig_hhr_data
 
 contains
 
-  !> Allocates with size 0 each array of the cluster that is not allocated. Only lifted_terms, if not allocated, become the first
-  !> terms, one for each column of the lifting. Requires: n_modes and n_rows are set.
+  !> Allocates with size 0 each array of the cluster that is not allocated. An exception is lifted_terms: if not allocated, it
+  !> becomes 1, 2, ..., one term for each column of the lifting. Requires: n_modes and n_rows are set.
   pure subroutine complete_cluster(cluster, n_dofs, n_multipliers)
     type(hhr_data_t), intent(inout) :: cluster
     integer, intent(in) :: n_dofs

@@ -124,7 +124,8 @@ contains
     is_undetermined = lu%is_singular .or. (cluster%n_hats == 0 .and. cluster%stiffness_rank < cluster%n_modes)
   end function is_undetermined
 
-  !> Returns a sentence, without full stop: how many modes the equations determine, of how many, and how many they can at most.
+  !> Returns a sentence without full stop with three numbers: of the modes that the equations determine, of all modes, and of the
+  !> modes that they can determine at most.
   function undetermined_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text

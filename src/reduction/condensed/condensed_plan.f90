@@ -141,8 +141,8 @@ contains
     if (.not. allocated(error)) is_marked(nodes) = .true.
   end subroutine mark_nodes
 
-  !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots, and not only the contact
-  !> forces. Also true where this depends on something that is known only in the training.
+  !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots. False only if it is certain
+  !> that the contact forces are enough.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     type(displacement_plan_t) :: plan

@@ -71,9 +71,9 @@ contains
     is_drawn(numbers(order(:(size(order) + 1) / 2))) = .true.
   end function draw_half
 
-  !> Measures the errors of a model's clusters at some of the candidates. The error is infinite where the cluster has no answer; an
-  !> answer of the fallback does not count. Local. For e_u this computes only the squares of this rank's dofs: the caller sums them
-  !> over all ranks, then calls finish_displacement_errors.
+  !> Asks the model at the wanted candidates, and measures the error of the answer of the chosen cluster. The error is infinite
+  !> where this cluster has no answer, also if the fallback has one. Local. For e_u this computes only the squares of this rank's
+  !> dofs: the caller sums them over all ranks, then calls finish_displacement_errors.
   !>
   !> Errors: message is allocated if the model cannot answer at all.
   subroutine measure_candidates(candidates, is_wanted, model, name, errors, message)

@@ -265,8 +265,8 @@ def documentation(model: Model) -> str:
 def libraries_of_unit() -> dict[str, Path]:
     """Returns the shared libraries that the FMU must contain: name in the FMU -> file on this machine.
 
-    These are the FMU's own binary, in whose name `{name}` stands for the identifier, and all libraries that it needs
-    but those of OF_THE_SYSTEM. InputError if a library is missing.
+    The first is the FMU's own binary, `{name}.so`: the caller puts the identifier for `{name}`. The others are all
+    that it needs but those of OF_THE_SYSTEM. InputError if a library is missing.
     """
     online = loaded_library()
     wrapper = online.parent / WRAPPER
