@@ -57,7 +57,7 @@ class Study:
     full_order: list[Entry]
     #: the models, in the order of their folders
     models: list[Entry]
-    #: number of test points
+    #: number of test points with a full-order solution
     n_points: int
 
 
@@ -77,7 +77,7 @@ def read_study(folders: Sequence[Path], time_of: Callable[[Path], float | None])
             _model_entry(name, results, time_of)
             for name, results in zip(_names(folders), all_results, strict=True)
         ],
-        n_points=len(_validation(all_results[0]).parameters),
+        n_points=int(_validation(all_results[0]).has_solution.sum()),
     )
 
 

@@ -47,7 +47,7 @@ def error_maps(maps: list[ErrorMap], x_label: str = "$P_1$ [MPa]", y_label: str 
     )
     bar.ax.yaxis.set_major_formatter("{x:g}")
     kinds = {
-        "no contact in either": (LIGHT_GRAY, np.isnan),
+        "no contact in either, or no full-order solution": (LIGHT_GRAY, np.isnan),
         "contact in the reduced model only, or no answer": (VERMILLION, np.isinf),
     }
     handles = [

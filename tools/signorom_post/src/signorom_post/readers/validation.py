@@ -39,15 +39,17 @@ class Validation:
     has_solution: BoolArray
 
     def counted_errors(self, name: str) -> FloatArray:
-        """Returns the errors `name` as the verdict of the command `validate` counts them; e_lambda_rid differs.
+        """Returns the errors `name` as the verdict of the command `validate` counts them.
 
         A point without an answer counts as infinite. An undefined error (nan) counts as 0 if the full order has no
-        closed contact, and else as infinite; for e_lambda_rid the verdict also counts 0 if no contact of the domain
-        touches. Points without a full-order solution are left out.
+        closed contact, and else as infinite; for e_lambda_rid it also counts as 0 if the answer has no closed contact
+        in the domain. Points without a full-order solution are left out.
         """
         errors = self.columns[name]
-        n_active = self.columns["n_active_full_order"]
-        errors = np.where(np.isnan(errors), np.where(n_active == 0, 0.0, np.inf), errors)
+        is_open = self.columns["n_active_full_order"] == 0
+        if name == "e_lambda_rid":
+            is_open |= self.columns["n_active"] == 0
+        errors = np.where(np.isnan(errors), np.where(is_open, 0.0, np.inf), errors)
         errors[[solver == "none" for solver in self.solvers]] = np.inf
         return errors[self.has_solution]
 
