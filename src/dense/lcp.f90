@@ -8,7 +8,7 @@ module sig_lcp
   use sig_lcp_block_pivoting, only: run_block_pivoting
   use sig_lcp_lemke, only: run_lemke
   use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_lemke, lcp_method_name, lcp_solution_t, &
-    lcp_workspace_t, sign_tolerance, sum_rows
+    lcp_workspace_t, sign_tolerance, sum_rows, widest_tolerance
   use sig_reasons, only: reason_converged, reason_cycle, reason_ill_conditioned, reason_max_pivots, reason_not_finite, &
     reason_ray
   implicit none(type, external)
@@ -28,13 +28,13 @@ contains
   !> Solves lambda >= 0, w = W lambda + q >= 0, lambda' w = 0. solution%reason is reason_converged where that succeeds; otherwise it
   !> says why not, and lambda is zero.
   !>
-  !> The methods are active set, then block pivoting, then Lemke's with up to four covering vectors. Each has a limited number of
-  !> steps. The first method whose result meets the conditions within accepted_residual (1e-8) gives the answer. Otherwise the
-  !> reason is that of the last path of Lemke's method, or reason_ill_conditioned if its result misses the conditions; it is
-  !> reason_not_finite if W or q is not finite. For q >= 0, also without rows, the answer is zero. Where the solution is not unique
-  !> (W is no P-matrix), the answer may depend on the start. All tolerances are relative, so units do not matter. With a workspace
-  !> and a solution that were used before for a problem of this size, nothing is allocated, except by the first use of Lemke's
-  !> method.
+  !> The methods are active set and block pivoting with a narrow tolerance for wrong signs, then both with a wide one, then Lemke's
+  !> with up to four covering vectors. Each has a limited number of steps. The first method whose result meets the conditions within
+  !> accepted_residual (1e-8) gives the answer. Otherwise the reason is that of the last path of Lemke's method, or
+  !> reason_ill_conditioned if its result misses the conditions; it is reason_not_finite if W or q is not finite. For q >= 0, also
+  !> without rows, the answer is zero. Where the solution is not unique (W is no P-matrix), the answer may depend on the start. All
+  !> tolerances are relative, so units do not matter. With a workspace and a solution that were used before for a problem of this
+  !> size, nothing is allocated, except by the first use of Lemke's method.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
     real(rk), intent(in) :: matrix(:, :)
@@ -60,7 +60,8 @@ contains
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
     type(lcp_workspace_t), intent(inout) :: workspace
-    integer :: i_path
+    real(rk), parameter :: tolerances(2) = [sign_tolerance, widest_tolerance]
+    integer :: i_path, i_try
     logical :: is_done
 
     call start_solution(size(q), solution)
@@ -70,14 +71,19 @@ contains
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
     workspace%is_symmetric = is_symmetric(matrix)
-    if (size(is_active_start) == size(q)) then
-      solution%is_active = is_active_start
-    else
-      solution%is_active = q < 0
-    end if
-    call try_active_set(matrix, q, solution, workspace, is_done)
-    if (is_done) return
-    call try_block_pivoting(matrix, q, solution, workspace, is_done)
+    tries: do i_try = 1, size(tolerances)
+      workspace%tolerance = tolerances(i_try)
+      if (size(is_active_start) == size(q)) then
+        solution%is_active = is_active_start
+      else
+        solution%is_active = q < 0
+      end if
+      call try_active_set(matrix, q, solution, workspace, is_done)
+      if (is_done) exit tries
+      call try_block_pivoting(matrix, q, solution, workspace, is_done)
+      if (is_done) exit tries
+    end do tries
+    workspace%tolerance = sign_tolerance
     if (is_done) return
     call workspace%reserve_tableau()
     do i_path = 1, n_paths

@@ -19,8 +19,9 @@ module sig_lcp_types
 
   !> [-] a sign is wrong only where the value is larger than this fraction of the terms of its sum; otherwise it is rounding
   real(rk), parameter, public :: sign_tolerance = 1.0e-12_rk
-  !> [-] largest value of this tolerance, for sets with an ill-conditioned matrix
-  real(rk), parameter :: widest_tolerance = 1.0e-8_rk
+  !> [-] largest value of this tolerance, for sets with an ill-conditioned matrix, if a problem has no answer without it. It must
+  !> not be taken at once: a thin part between others has compliances so large that 1e-8 of a sum is more than an opening.
+  real(rk), parameter, public :: widest_tolerance = 1.0e-8_rk
   !> [-] where smallest over largest pivot is above this, the condition number is estimated only if a sign depends on it
   real(rk), parameter :: trusted_pivots = 1.0e-6_rk
   !> the active set method stops after this number of sets, or after one more than there are unknowns if that is larger
@@ -47,6 +48,8 @@ module sig_lcp_types
   type :: lcp_workspace_t
     !> number of unknowns for which there is room
     integer :: capacity = 0
+    !> [-] largest tolerance for wrong signs: sign_tolerance, or widest_tolerance for a second try
+    real(rk) :: tolerance = sign_tolerance
     !> of the active set that was evaluated last: lambda, which is zero outside of the set, and w, zero inside; shape (capacity)
     real(rk), allocatable :: lambda(:)
     real(rk), allocatable :: w(:)
@@ -148,13 +151,13 @@ contains
     do i = 1, size(q)
       if (is_active(i)) workspace%w(i) = 0
     end do
-    call find_violations(is_active, condition_tolerance(reciprocal), workspace)
+    call find_violations(is_active, condition_tolerance(reciprocal, workspace%tolerance), workspace)
     if (doubtful < trusted_pivots .or. n == 0) return
     ! The condition number costs as much as the solve, so it is estimated only where a sign depends on the tolerance.
     if (is_decided(size(q), workspace)) return
     call measure_condition(matrix, workspace, n, reciprocal)
     workspace%is_singular = .not. reciprocal > singular_reciprocal
-    call find_violations(is_active, condition_tolerance(reciprocal), workspace)
+    call find_violations(is_active, condition_tolerance(reciprocal, workspace%tolerance), workspace)
   end subroutine evaluate_set
 
   !> Writes the indices of the set, 1-based and ascending, into workspace%active, and its matrix into workspace%factors.
@@ -313,7 +316,7 @@ contains
     end do
   end subroutine find_violations
 
-  !> Whether all wrong signs (workspace%is_violated) would be wrong with widest_tolerance, too; true if no sign is wrong.
+  !> Whether all wrong signs (workspace%is_violated) would be wrong with workspace%tolerance, too; true if no sign is wrong.
   pure logical function is_decided(n, workspace)
     !> number of unknowns
     integer, intent(in) :: n
@@ -326,22 +329,24 @@ contains
     do i = 1, n
       if (.not. workspace%is_violated(i)) cycle
       if (workspace%lambda(i) < 0) then
-        if (workspace%lambda(i) >= -widest_tolerance * largest) return
-      else if (workspace%w(i) >= -widest_tolerance * workspace%row_size(i)) then
+        if (workspace%lambda(i) >= -workspace%tolerance * largest) return
+      else if (workspace%w(i) >= -workspace%tolerance * workspace%row_size(i)) then
         return
       end if
     end do
     is_decided = .true.
   end function is_decided
 
-  !> Returns the tolerance for wrong signs, from sign_tolerance (1e-12) to widest_tolerance (1e-8). It grows with the condition
-  !> number of the set's matrix, because rounding errors of a solve do.
-  pure function condition_tolerance(reciprocal_condition) result(tolerance)
+  !> Returns the tolerance for wrong signs, from sign_tolerance (1e-12) to `widest`. It grows with the condition number of the set's
+  !> matrix, because rounding errors of a solve do.
+  pure function condition_tolerance(reciprocal_condition, widest) result(tolerance)
     real(rk), intent(in) :: reciprocal_condition
+    !> [-] at least sign_tolerance
+    real(rk), intent(in) :: widest
     real(rk) :: tolerance
 
     tolerance = 10 * epsilon(tolerance) / max(reciprocal_condition, epsilon(tolerance))
-    tolerance = min(max(tolerance, sign_tolerance), widest_tolerance)
+    tolerance = min(max(tolerance, sign_tolerance), widest)
   end function condition_tolerance
 
   !> Returns the name of a method of lcp_solution_t: `active_set`, `block_pivoting` or `lemke`; `none` for any other number.

@@ -18,6 +18,7 @@ module sig_condensed_training
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reference_check, only: drop_inaccurate_references
   use sig_reference_sets, only: choose_references, start_sets_of
   use sig_term_values, only: evaluate_points
   use sig_training_set, only: training_set_t
@@ -99,6 +100,7 @@ contains
     reduced%start_sets = start_sets_of(snapshots%forces(), reduced%anchors)
     call measure_forces(snapshots%forces(), reduced)
     call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced, error)
+    call drop_inaccurate_references(full_order%problem, snapshots, reduced)
     call move_alloc(reduced, part)
   end subroutine train_condensed
 

@@ -1,0 +1,73 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Checks whether the pivot transforms of a condensed model are accurate enough to be used.
+module sig_reference_check
+  use sig_answer, only: answer_t, comparable_size
+  use sig_kinds, only: rk
+  use sig_log, only: log_info
+  use sig_problem, only: problem_t
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
+  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: short_number
+  use sig_training_set, only: training_set_t
+  implicit none(type, external)
+  private
+  public :: drop_inaccurate_references
+
+  !> [-] largest relative error of contact forces with which transforms are kept. A transform is a matrix of the size of W without
+  !> exchange of rows: where a part is much softer than the contacts, it loses all digits.
+  real(rk), parameter :: accepted_error = 1.0e-7_rk
+
+contains
+
+  !> Removes the references and transforms, so that all queries solve the problem with W, if the answers at the training points
+  !> differ from the full-order contact forces by more than accepted_error. Then it writes a note to the log. Local, with the same
+  !> result on each rank. Requires: start_sets, and what choose_references sets.
+  subroutine drop_inaccurate_references(problem, snapshots, reduced)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    type(reduced_condensed_t), intent(inout) :: reduced
+    character(:), allocatable :: message
+    real(rk) :: error
+
+    if (size(reduced%reference_points) == 0) return
+    call reduced%prepare(message)
+    error = largest_error(problem, snapshots, reduced)
+    if (error <= accepted_error) return
+    call log_info('queries solve for all contacts: with the solutions of training points as references, the contact forces ' // &
+      'would have relative errors of up to ' // short_number(error))
+    reduced%reference_points = [integer ::]
+    reduced%reference_of_point = [integer ::]
+    reduced%transforms = reduced%transforms(:, :0)
+  end subroutine drop_inaccurate_references
+
+  !> Returns the largest relative error [-] of the contact forces at the training points; huge without an answer at one of them.
+  real(rk) function largest_error(problem, snapshots, reduced) result(largest)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    !> prepared
+    type(reduced_condensed_t), intent(in) :: reduced
+    class(reduced_t), pointer :: nobody
+    class(room_t), allocatable :: room
+    type(answer_t) :: answer
+    real(rk), allocatable :: forces(:, :), theta(:, :)
+    real(rk) :: sizes(snapshots%n_snapshots())
+    integer :: i, i_bad_point, i_bad_source
+
+    nobody => null()
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    forces = snapshots%forces()
+    sizes = norm2(forces, dim=1)
+    call reduced%create_room(room)
+    largest = 0
+    do i = 1, size(sizes)
+      call answer%start(1, size(theta, 1), reduced%n_modes(), size(forces, 1), size(forces, 1))
+      call reduced%solve(theta(:, i), neighbors_t(nearest=i), nobody, room, answer)
+      if (answer%reason <= 0) then
+        largest = huge(largest)
+        return
+      end if
+      largest = max(largest, norm2(answer%multipliers - forces(:, i)) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk)))
+    end do
+  end function largest_error
+end module sig_reference_check
