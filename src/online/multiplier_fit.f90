@@ -107,7 +107,8 @@ contains
   !> displacement get no force (release). They keep it in models with bodies that only contact holds, with a certificate of their
   !> own, or without displacements of the snapshots or gaps of all contacts. If only contact holds a body, all forces (in a model
   !> with a certificate of its own, the coefficients of the combination and the forces of the domain) are then replaced by the
-  !> nearest ones that balance the loads, or stay if there are none. The coefficients are in `workspace` afterwards.
+  !> nearest ones that balance the loads (balance_loaded_rows), or stay if there are none. The coefficients are in `workspace`
+  !> afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
     !> the data that prepare was called with
@@ -124,7 +125,6 @@ contains
     real(rk), intent(out) :: multipliers(:)
     real(rk) :: residual_norm
     integer :: i
-    logical :: is_balanced
 
     call reserve(self, size(multipliers), workspace)
     workspace%coefficients = 0
@@ -146,8 +146,31 @@ contains
       multipliers(cluster%contact_rows(i)) = workspace%forces(i)
     end do
     if (size(cluster%motion_load, 2) > 0 .and. .not. self%is_bound_to_snapshots) &
-      call balance_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
+      call balance_loaded_rows(cluster%motion_closing, work_of_loads(cluster, theta), multipliers)
   end subroutine evaluate
+
+  !> Replaces the forces by the nearest ones that balance the loads and act on the same contacts, so that open contacts stay open.
+  !> If these contacts cannot carry the loads, forces on all contacts are allowed; if those cannot either, nothing changes.
+  subroutine balance_loaded_rows(matrix, work, forces)
+    !> as for balance_forces, shape (n_multipliers, n_motions)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: work(:)
+    !> [force] >= 0, shape (n_multipliers)
+    real(rk), intent(inout) :: forces(:)
+    integer, allocatable :: loaded(:)
+    real(rk), allocatable :: loaded_forces(:)
+    logical :: is_balanced
+    integer :: i
+
+    loaded = pack([(i, i=1, size(forces))], forces > 0)
+    loaded_forces = forces(loaded)
+    call balance_forces(matrix(loaded, :), work, loaded_forces, is_balanced)
+    if (is_balanced) then
+      forces(loaded) = loaded_forces
+    else
+      call balance_forces(matrix, work, forces, is_balanced)
+    end if
+  end subroutine balance_loaded_rows
 
   !> Computes the forces of the combination on all contacts, those of the domain, too: the sum of the snapshots' forces, each times
   !> its coefficient.
