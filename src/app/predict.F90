@@ -111,6 +111,7 @@ contains
       exit_code = exit_stopped
       call say_stopped(command)
     else if (.not. allocated(error)) then
+      call warn_of_verdict(online)
       call report_unanswered(block, exit_code)
       call report_methods(command, block)
       if (command%has_fields) call report_fields(command, fields)
@@ -206,6 +207,15 @@ contains
       call log_info('stopped by a signal; no file was written')
     end if
   end subroutine say_stopped
+
+  !> Warns if the model was validated and not accepted.
+  subroutine warn_of_verdict(online)
+    type(online_model_t), intent(in) :: online
+
+    associate (verdict => online%model%validation%verdict)
+      if (index(verdict, 'NOT accepted') == 1) call log_warning('the validation of this model: ' // verdict)
+    end associate
+  end subroutine warn_of_verdict
 
   !> Warns of points without an answer, and sets exit_code to 3 if there are any. Counts all points that the block has answered
   !> since its create, not only those that it holds now.

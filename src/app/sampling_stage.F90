@@ -85,8 +85,9 @@ contains
       call session%stop('the finished points are kept; run the same command again to go on')
     else
       if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge; the same command tries only these ' // &
-          'again: change the section solver first, for example max_iterations or type; solve --at says why a point fails')
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point fails; ' &
+          // 'the same command tries only these again: where loads pull a body off its contacts, change loads or ranges ' // &
+          'first, otherwise the section solver, for example max_iterations or type')
         session%exit_code = exit_not_converged
       end if
       if (rotation_warning(outcome%rotation) /= '') call log_warning(rotation_warning(outcome%rotation))

@@ -146,12 +146,15 @@ def test_a_lever_that_turns_on_its_pin(signorom, tmp_path, support, is_turning):
     done = signorom.run("run", "lever.yaml", folder=tmp_path, n_ranks=2)
     said = done.stdout + done.stderr
     assert done.returncode == 0, said
-    # when sampling, when validating, and at the output point
+    # when sampling, when validating, in the verdict, and at the output point
     sentence = "a body that only contact holds rotates by up to"
-    assert said.count(sentence) == (3 if is_turning else 0)
+    assert said.count(sentence) == (4 if is_turning else 0)
     report = yaml.safe_load((tmp_path / "results" / "lever" / "report.yaml").read_text())
     assert (sentence in str(report.get("rotations"))) == is_turning
     assert (sentence in str(report["errors"]["warnings"])) == is_turning
+    assert report["validation"]["accepted"] is not is_turning
+    answered = signorom.run("predict", "results/lever/model.h5", "--at", "pull=10", folder=tmp_path)
+    assert (sentence in answered.stderr) == is_turning
 
 
 def test_good_decks_get_no_warning(signorom, tmp_path):

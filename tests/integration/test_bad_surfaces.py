@@ -119,11 +119,11 @@ CASES = {
     ),
     "empty first": (
         with_lost_facet(), ["first: lost, second: upper_face"], (8, FIRST),
-        "the surface 'lost' of the mesh has no element whose nodes all belong to", "in the .geo file, give the region",
+        "the surface 'lost' of the mesh has no element whose nodes all belong to", "see that the mesh has elements",
     ),
     "empty second": (
         with_lost_facet(), ["first: lower_face, second: lost"], (8, SECOND),
-        "the surface 'lost' of the mesh has no element whose nodes all belong to", "in the .geo file, give the region",
+        "the surface 'lost' of the mesh has no element whose nodes all belong to", "see that the mesh has elements",
     ),
     "a region": (
         blocks(), ["first: lower_face, second: upper"], (8, SECOND),

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The result of a validation: a table for the terminal, and one sentence that says whether the model is good enough.
 module sig_verdict
-  use sig_accuracy_warnings, only: accuracy_advice
+  use sig_accuracy_warnings, only: accuracy_advice, rotation_warning
   use sig_kinds, only: rk
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: counted, short_number, to_text
@@ -20,7 +20,7 @@ module sig_verdict
 
   !> Whether a validated model is good enough.
   type :: verdict_t
-    !> p95 is at most validation.accept
+    !> p95 is at most validation.accept, and no body rotates too far
     logical :: is_accepted = .false.
     !> number of points without an answer of the model but with a full-order solution, of points without a full-order solution, and
     !> of answers by the fallback
@@ -35,9 +35,10 @@ module sig_verdict
 
 contains
 
-  !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit.
-  !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence
-  !> names the number of answers by the fallback if they are more than half.
+  !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit,
+  !> and no full-order solution rotates a body too far for linear equations (rotation_warning). Points without a full-order solution
+  !> do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence names the number of answers by the
+  !> fallback if they are more than half.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
@@ -50,10 +51,12 @@ contains
     verdict%n_fallbacks = count(outcome%is_fallback)
     statistics = measured_statistics(counted_errors(outcome, i_decisive))
     verdict%p95 = statistics%p95
-    verdict%is_accepted = verdict%p95 <= limit
+    verdict%is_accepted = verdict%p95 <= limit .and. rotation_warning(outcome%rotation) == ''
     verdict%sentence = 'p95 of ' // trim(error_names(i_decisive)) // ' is ' // short_number(verdict%p95)
     if (verdict%is_accepted) then
       verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
+    else if (verdict%p95 <= limit) then
+      verdict%sentence = 'NOT accepted: ' // rotation_warning(outcome%rotation)
     else
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
         ' (validation.accept); ' // accuracy_advice(outcome%model_kind)

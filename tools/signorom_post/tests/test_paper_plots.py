@@ -89,7 +89,10 @@ def test_maps_put_each_point_in_its_cell(tmp_path: Path) -> None:
     np.testing.assert_allclose(cells["errors"].filled(-1).ravel(), [-1, 2, 3, -1, 5, 6])
     np.testing.assert_array_equal(cells["infinite"].mask.ravel(), [True, True, True, False, True, True])
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert texts == ["no contact in either, or no full-order solution", "contact in the reduced model only, or no answer"]
+    assert texts == [
+        "no contact in either, or no full-order solution",
+        "contact in the reduced model only, or no answer",
+    ]
 
 
 def test_contact_forces(tmp_path: Path) -> None:
