@@ -126,6 +126,7 @@ contains
     text = '# Completion of signorom in bash; in zsh after `autoload bashcompinit && bashcompinit`.' // nl // &
       '_signorom() {' // nl // &
       '  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} files= words=' // nl // &
+      '  [ $COMP_CWORD = 1 ] && before=signorom' // nl // &
       '  case $before in' // nl // &
       '    --points|--output) files="*.csv" ;;' // nl // &
       '    --log) files="*" ;;' // nl // &

@@ -68,9 +68,9 @@ module sig_body_constants
 
 contains
 
-  !> Finds the elastic constants of all bodies from their values at points_of_box: which of them vary, their ranges, and whether the
-  !> variables are logarithms. Errors: at one of these points a constant is not finite or out of its range. Requires: the stiffness
-  !> depends on the parameters. Local.
+  !> Finds for each body which Poisson's ratios, and which ratios of moduli to its first modulus, vary over points_of_box, whether
+  !> the variables of the interpolation are these constants or logarithms, and the widened ranges of the variables. Errors: at one
+  !> of these points a constant is not finite or out of its range. Requires: the stiffness depends on the parameters. Local.
   subroutine find_body_constants(problem, constants, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_bodies); not allocated after an error

@@ -113,7 +113,7 @@ contains
     !> 1-based
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] share of the boundary's extent along the window's axis: a node that is outside of the window by at most this counts as
+    !> [-] share of the mesh's extent along the window's axis: a node that is outside of the window by at most this counts as
     !> inside, because coordinates are rounded
     real(rk), parameter :: node_tolerance = 1.0e-9_rk
     integer, allocatable :: all_nodes(:)
@@ -125,7 +125,7 @@ contains
     nodes = all_nodes
     if (zone%axis == 0) return
     associate (place => mesh%coordinates(zone%axis, all_nodes))
-      margin = node_tolerance * (maxval(place) - minval(place))
+      margin = node_tolerance * (maxval(mesh%coordinates(zone%axis, :)) - minval(mesh%coordinates(zone%axis, :)))
       allocate (is_inside(size(place)), source=.true.)
       if (zone%has_minimum) is_inside = place >= zone%minimum - margin
       if (zone%has_maximum) is_inside = is_inside .and. place <= zone%maximum + margin

@@ -37,7 +37,8 @@ contains
     whole = model
     call complete_model(whole)
     if (find_mismatch(whole) /= '') then
-      call make_error(error, 'the data ''' // find_mismatch(whole) // ''' of the model do not fit the rest of it', file=path, &
+      call make_error(error, 'the data ''' // find_mismatch(whole) // &
+        ''' of the model do not fit the rest of it, or are not valid', file=path, &
         exit_code=exit_internal)
       return
     end if
@@ -147,7 +148,8 @@ contains
     call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '') then
-      call make_error(error, 'the data ''' // find_mismatch(model) // ''' of the model do not fit the rest of it', file=path, &
+      call make_error(error, 'the data ''' // find_mismatch(model) // &
+        ''' of the model do not fit the rest of it, or are not valid', file=path, &
         hint=train_hint)
     end if
   end subroutine read_model

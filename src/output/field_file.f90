@@ -271,8 +271,8 @@ contains
 
     is_size_right = n == n_expected
     if (is_size_right .or. allocated(self%error)) return
-    call make_error(self%error, 'the field ' // name // ' has ' // to_text(n) // ' values where the mesh needs ' // &
-      to_text(n_expected), file=self%path, exit_code=exit_internal)
+    call make_error(self%error, 'the field ' // name // ' is given at ' // to_text(n) // ' nodes or cells where the mesh ' // &
+      'has ' // to_text(n_expected), file=self%path, exit_code=exit_internal)
   end function is_size_right
 
   !> Lists a field of the point for the XDMF file. (gfortran 12 never frees what a constructor of xdmf_field_t allocates.)

@@ -117,8 +117,8 @@ contains
     call write_text_file(path, text, error)
   end subroutine write_selection
 
-  !> Reads the table of a selection, selection.csv. The result has no points if the file is missing or was made with other settings.
-  !> Its settings and rule are those of the arguments.
+  !> Reads the table of a selection, selection.csv. The result has no points if the file is missing or lacks the line of these
+  !> settings. Its settings and rule are those of the arguments.
   !>
   !> Errors: the file cannot be read, or a line is damaged: it has a wrong number of values, or one that is no number.
   subroutine read_selection(path, settings, rule, n_parameters, selection, error)
@@ -140,11 +140,11 @@ contains
     call read_text_file(path, text, error)
     if (allocated(error)) return
     lines = split(text, new_line('a'))
+    if (.not. any([(lines(i)%text == settings_line // settings, i=1, size(lines))])) return
     is_of_rule = .false.
     do i = 1, size(lines)
       associate (line => lines(i)%text)
         if (line == rule_line // rule) is_of_rule = .true.
-        if (index(line, settings_line) == 1 .and. line /= settings_line // settings) return
         if (index(line, '#') == 1 .or. index(line, 'order,') == 1 .or. len_trim(line) == 0) cycle
         call read_row(path, i, line, selection, error)
         if (allocated(error)) return

@@ -93,7 +93,8 @@ contains
   end function select_snapshots
 
   !> Appends further snapshots of the same problem and with the same distribution of dofs, which is not checked. Of their
-  !> displacements and forces only the pointers are copied. The free response stays that of `self`.
+  !> displacements and forces only the pointers are copied: the sets into which they point must outlive `self`, too. The free
+  !> response stays that of `self`.
   subroutine append(self, further)
     class(training_set_t), intent(inout) :: self
     type(training_set_t), intent(in) :: further

@@ -44,6 +44,7 @@ def test_first_word_is_a_command(app, tmp_path, help_text):
     commands = re.findall(r"(?m)^  ([a-z]+) [A-Z]{4}", help_text)
     assert complete(app, tmp_path, "signorom", "") == sorted([*commands, "--help", "--version"])
     assert complete(app, tmp_path, "signorom", "va") == ["validate"]
+    assert complete(app, tmp_path, "build/release/signorom", "va") == ["validate"]
 
 
 def test_files_of_the_kind_and_options_of_the_command_follow(app, tmp_path):

@@ -75,7 +75,8 @@ contains
     end associate
   end subroutine share_candidates
 
-  !> Divides the snapshots into n_clusters clusters, trains the model and measures its errors. Collective on all ranks.
+  !> Divides the snapshots into n_clusters clusters, trains the model, and measures its errors at the candidates of is_measure and
+  !> is_open. Collective on all ranks.
   !>
   !> Errors: those of divide_snapshots and train_attempt.
   subroutine start_attempt(problem, candidates, fallback, n_clusters, attempt, error, ierr)

@@ -207,10 +207,11 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses the cluster k with the largest error at its open candidates that can get some of them or be split; k = 0: there is
-  !> none. A cluster can get some if one of them has an error above 0, max_points is not reached, and it could be trained with its
-  !> last ones. It can be split if max_number is not reached and no split of it has failed. Cluster k is split if it can be split,
-  !> and its last snapshots did not help enough or it can get none.
+  !> Chooses among the clusters that can grow or be split the cluster k whose errors at its open candidates have the largest
+  !> statistic (clusters.target.statistic: p95, median or max); k = 0: there is none. A cluster can grow if an open candidate has an
+  !> error above 0, max_points is not reached, and it could be trained with its last new snapshots. It can be split if max_number is
+  !> not reached and no split of it has failed. Cluster k is split if it can be split, and its last snapshots did not help enough or
+  !> it cannot grow.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt

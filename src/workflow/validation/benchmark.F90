@@ -37,8 +37,8 @@ module sig_benchmark
 contains
 
   !> Measures the mean time of a query over all points (the largest of all ranks), and the median time of the active set method,
-  !> which factors the stiffness at every step, at up to 5 of the points. Collective on all ranks; the result is the same on each.
-  !> Requires: one point or more.
+  !> which solves each point anew on the whole mesh, at up to 5 of the points. Collective on all ranks; the result is the same on
+  !> each. Requires: one point or more.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -57,7 +57,8 @@ contains
     benchmark%is_done = .true.
   end subroutine run_benchmark
 
-  !> Measures the time of a point without condensation: the active set method factors at every step. The first group measures up to
+  !> Measures the time of a point without condensation: the active set method solves on the whole mesh in each step, by the linear
+  !> solver of the plan. The first group measures up to
   !> 5 points, spread evenly over all, and all ranks get the median. Collective on all ranks.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem

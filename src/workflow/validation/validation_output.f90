@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes what a validation found: validation.csv, sections of the report, and statistics in the model.
 module sig_validation_output
+  use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_accuracy_warnings, only: error_warnings, rotation_warning
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
@@ -17,7 +18,7 @@ module sig_validation_output
   use sig_text, only: append_text, counted, csv_number, join, string_t, to_text
   use sig_text_buffer, only: text_buffer_t
   use sig_validation, only: error_names, n_errors, validation_t
-  use sig_verdict, only: verdict_t
+  use sig_verdict, only: counted_errors, verdict_t
   implicit none(type, external)
   private
   public :: write_validation_table, report_validation, warn_of_errors, keep_statistics
@@ -193,13 +194,14 @@ contains
     end do
   end function worst_points
 
-  !> Copies the verdict, the statistics of the errors (measured_statistics: without NaN values) and the number of answers by each
-  !> method into the model; replaces those of an earlier validation.
+  !> Copies the verdict, the statistics of the errors (measured_statistics: without NaN values; of forces as counted_errors) and the
+  !> number of answers by each method into the model; replaces those of an earlier validation.
   subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
     type(model_t), intent(inout) :: model
     type(statistics_t) :: statistics(n_errors)
+    real(rk), allocatable :: errors(:)
     integer :: i_error
 
     if (allocated(model%validation%names)) deallocate (model%validation%names)
@@ -207,6 +209,12 @@ contains
     do i_error = 1, n_errors
       model%validation%names(i_error)%text = trim(error_names(i_error))
       statistics(i_error) = measured_statistics(outcome%errors(i_error, :))
+      ! forces as in the table of the terminal: a point where nothing touches counts as 0
+      if (index(error_names(i_error), 'e_lambda') == 1) then
+        errors = counted_errors(outcome, i_error)
+        where (errors >= huge(errors)) errors = ieee_value(1.0_rk, ieee_positive_inf)
+        statistics(i_error) = measured_statistics(errors)
+      end if
     end do
     model%validation%verdict = verdict%sentence
     model%validation%minimum = statistics%minimum

@@ -8,7 +8,7 @@ module sig_verdict
   use sig_validation, only: error_names, validation_t
   implicit none(type, external)
   private
-  public :: verdict_t, judge_validation, validation_table
+  public :: verdict_t, counted_errors, judge_validation, validation_table
 
   character(1), parameter :: eol = new_line('a')
   !> rows of the table: e_u, e_lambda_rid, e_lambda_all
@@ -38,7 +38,7 @@ contains
   !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit,
   !> and no full-order solution rotates a body too far for linear equations (rotation_warning). Points without a full-order solution
   !> do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence names the number of answers by the
-  !> fallback if they are more than half.
+  !> fallback if it answered more than half of all points.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept

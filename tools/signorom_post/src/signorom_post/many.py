@@ -23,9 +23,10 @@ def answers_at(
 ) -> Answers:
     """Returns the answers at `points`, shape (n_points, n_parameters).
 
-    `context` and `sizes` are those of the model. `n_entries` is a pair: the numbers of contacts of the deck and of
-    components of a moment. `nodes` are the positions, from 0, of the nodes whose displacement is wanted, as C ints.
-    `areas`, shape (n_contacts), are the areas of the contacts. A point without an answer is no error.
+    `context` and `sizes` are those of the model. `n_entries` is a pair: the numbers of entries of the deck's
+    section contact and of components of a moment. `nodes` are the positions, from 0, of the nodes whose displacement is
+    wanted, as C ints. `areas`: the area of each contact force, shape (sizes.n_contacts). A point without an answer is
+    no error.
     """
     n, n_dimensions = len(points), sizes.n_dimensions
     told = np.zeros(n, dtype=np.dtype(CAnswer))
