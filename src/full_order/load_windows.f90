@@ -82,8 +82,7 @@ contains
   pure logical function depends_on_parameters(load)
     type(load_config_t), intent(in) :: load
 
-    depends_on_parameters = (load%has_minimum .and. .not. load%minimum%is_constant) .or. &
-      (load%has_maximum .and. .not. load%maximum%is_constant)
+    depends_on_parameters = .not. (load%minimum%is_constant .and. load%maximum%is_constant)
   end function depends_on_parameters
 
   !> Computes the boxes of the facets of a load's surface. Errors: the mesh does not have the surface.

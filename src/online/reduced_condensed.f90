@@ -34,6 +34,7 @@ module sig_reduced_condensed
   contains
     procedure :: kind => kind_of
     procedure :: prepare
+    procedure :: transform_openings
     procedure :: create_room
     procedure :: solve
     procedure :: fill_displacement
@@ -74,6 +75,16 @@ contains
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
     type(condensed_certificate_t), allocatable :: certificate
+
+    call self%transform_openings()
+    allocate (certificate)
+    call certificate%create(self)
+    call move_alloc(certificate, self%certificate)
+  end subroutine prepare
+
+  !> Transforms the columns of free_opening for each reference, which `solve` needs.
+  subroutine transform_openings(self)
+    class(reduced_condensed_t), intent(inout) :: self
     integer :: i, n
 
     n = size(self%compliance, 1)
@@ -87,10 +98,7 @@ contains
           self%transformed_opening(:, :, i))
       end do
     end associate
-    allocate (certificate)
-    call certificate%create(self)
-    call move_alloc(certificate, self%certificate)
-  end subroutine prepare
+  end subroutine transform_openings
 
   !> Makes the work arrays for one thread.
   subroutine create_room(self, room)

@@ -27,11 +27,10 @@ contains
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
     type(reduced_condensed_t), intent(inout) :: reduced
-    character(:), allocatable :: message
     real(rk) :: error
 
     if (size(reduced%reference_points) == 0) return
-    call reduced%prepare(message)
+    call reduced%transform_openings()
     error = largest_error(problem, snapshots, reduced)
     if (error <= accepted_error) return
     call log_info('queries solve for all contacts: with the solutions of training points as references, the contact forces ' // &
@@ -45,7 +44,7 @@ contains
   real(rk) function largest_error(problem, snapshots, reduced) result(largest)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    !> prepared
+    !> its openings are transformed
     type(reduced_condensed_t), intent(in) :: reduced
     class(reduced_t), pointer :: nobody
     class(room_t), allocatable :: room

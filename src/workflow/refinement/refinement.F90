@@ -207,11 +207,10 @@ contains
     end associate
   end subroutine grow
 
-  !> Chooses among the clusters that can grow or be split the cluster k whose errors at its open candidates have the largest
-  !> statistic (clusters.target.statistic: p95, median or max); k = 0: there is none. A cluster can grow if an open candidate has an
-  !> error above 0, max_points is not reached, and it could be trained with its last new snapshots. It can be split if max_number is
-  !> not reached and no split of it has failed. Cluster k is split if it can be split, and its last snapshots did not help enough or
-  !> it cannot grow.
+  !> Chooses the cluster k that grows or is split next: of those that can, the one whose errors at its open candidates have the
+  !> largest statistic (clusters.target.statistic: p95, median or max); k = 0: none. A cluster can grow if an open candidate
+  !> has an error above 0, max_points is not reached, and its last growth could be trained. It can be split if max_number is not
+  !> reached and no split of it has failed. It is split if it can be, and its last growth did not help enough or it cannot grow.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
     type(clusters_config_t), intent(in) :: config
     type(attempt_t), intent(in) :: attempt
