@@ -39,7 +39,7 @@ contains
     real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
-    !> sum of the absolute values of the terms of which q is the sum, shape (n); it may be much larger than |q|
+    !> size of the terms of which q is the sum, shape (n): it may be much larger than |q|, and rounding is a fraction of it
     real(rk), intent(in) :: terms(:)
     !> the solution of the problem, shape (n)
     real(rk), contiguous, intent(in) :: z(:)

@@ -15,6 +15,8 @@ module sig_gradient
     type(answer_t) :: answer
     !> +1: derivatives towards larger values of each parameter; -1: towards smaller values. Both differ where is_one_sided is true.
     integer :: direction = 1
+    !> [unit of each parameter] length of each parameter's range (lengths_at of sig_online_model), shape (n_parameters)
+    real(rk), allocatable :: lengths(:)
     !> whether the derivative towards larger values differs from the one towards smaller values, shape (n_parameters)
     logical, allocatable :: is_one_sided(:)
     !> number of contacts that touch without a force
@@ -32,11 +34,25 @@ module sig_gradient
     !> [length] derivatives of the coordinates of the modes, in an interpolated part only; shape (n_modes, n_parameters)
     real(rk), allocatable :: coordinates(:, :)
   contains
+    procedure :: sizes
     procedure :: take
     procedure :: take_forces
   end type gradient_t
 
 contains
+
+  !> Returns the sizes of q for differentiate_lcp: `terms`, and what each change makes over the whole range of its parameter. So a
+  !> load that is zero up to rounding, such as P - 0.3 at P = 0.3, closes no contact.
+  pure function sizes(self, terms, changes)
+    class(gradient_t), intent(in) :: self
+    !> sum of the absolute values of the terms of q, shape (n_rows)
+    real(rk), intent(in) :: terms(:)
+    !> the change of W z + q for each parameter, per unit of it, shape (n_rows, n_parameters)
+    real(rk), intent(in) :: changes(:, :)
+    real(rk) :: sizes(size(terms))
+
+    sizes = terms + matmul(abs(changes), self%lengths)
+  end function sizes
 
   !> Sets the derivatives of the unknowns and n_grazing. is_one_sided becomes true for the parameters for which `derivative` is
   !> one-sided, and stays as it is for the others. Requires: direction and is_one_sided are set.

@@ -41,7 +41,7 @@ contains
     do i = 1, size(changes, 2)
       call change_opening(data, theta, gradient%direction * gradient%theta(:, i), unknowns, changes(:, i))
     end do
-    call differentiate_lcp(compliance, opening, opening_terms(data, theta), unknowns, changes, derivative)
+    call differentiate_lcp(compliance, opening, gradient%sizes(opening_terms(data, theta), changes), unknowns, changes, derivative)
     is_singular = derivative%is_singular
     if (is_singular) return
     call gradient%take_forces(derivative, data%anchors, data%scale)

@@ -106,10 +106,10 @@ contains
 
     call choose_answer(self, online, point, answer, gradient%answer)
     gradient%direction = direction
+    gradient%lengths = online%lengths_at(point)
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
-    call differentiate_terms(self%terms, point, answer%theta, online%lengths_at(point), direction, gradient%theta, &
-      is_kink, i_failed)
+    call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, i_failed)
     if (i_failed > 0) then
       message = 'there is no derivative: as ''' // &
         online%model%terms%parameter_names(i_failed)%text // ''' passes this point, a load or an expression of the deck ' // &

@@ -286,13 +286,14 @@ contains
     type(answer_t), intent(in) :: answer
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
-    real(rk) :: free_opening(self%n_rows())
+    real(rk) :: free_opening(self%n_rows()), terms(self%n_rows())
+    real(rk), allocatable :: changes(:, :)
     type(lcp_derivative_t) :: derivative
 
     call self%open_freely(answer%theta, free_opening)
-    call differentiate_lcp(self%compliance, free_opening, matmul(abs(self%free_opening), abs(answer%theta)), &
-      answer%unknowns, &
-      gradient%direction * matmul(self%free_opening, gradient%theta), derivative)
+    terms = matmul(abs(self%free_opening), abs(answer%theta))
+    changes = gradient%direction * matmul(self%free_opening, gradient%theta)
+    call differentiate_lcp(self%compliance, free_opening, gradient%sizes(terms, changes), answer%unknowns, changes, derivative)
     if (derivative%is_singular) then
       message = not_unique
     else

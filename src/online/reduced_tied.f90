@@ -217,7 +217,7 @@ contains
     type(answer_t), intent(in) :: answer
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
-    real(rk), allocatable :: opening(:), rows(:, :), terms(:)
+    real(rk), allocatable :: changes(:, :), opening(:), rows(:, :), terms(:)
     type(lcp_derivative_t) :: derivative
     integer :: k
 
@@ -225,8 +225,9 @@ contains
       rows = matmul(cluster%free, gradient%theta)
       opening = matmul(cluster%free(prepared%changing, :), answer%theta)
       terms = matmul(abs(cluster%free(prepared%changing, :)), abs(answer%theta))
-      call differentiate_lcp(prepared%compliance, opening, terms, answer%multipliers(prepared%changing), &
-        gradient%direction * rows(prepared%changing, :), derivative)
+      changes = gradient%direction * rows(prepared%changing, :)
+      call differentiate_lcp(prepared%compliance, opening, gradient%sizes(terms, changes), &
+        answer%multipliers(prepared%changing), changes, derivative)
       if (derivative%is_singular) then
         message = not_unique
         return

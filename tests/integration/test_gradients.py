@@ -218,6 +218,38 @@ def test_one_sided_where_contacts_graze(signorom, post, tmp_path):
         assert not apart.gradient.multipliers.any()
 
 
+TWO_MODULI = {
+    "parameters: {": "parameters: {E: {min: 50, max: 200, unit: Pa}, ",
+    "{all: {regions: [lower, upper], young_modulus: 100.0, poisson_ratio: 0.0}}": "{low: {regions: [lower], "
+    "young_modulus: 100.0, poisson_ratio: 0.0}, up: {regions: [upper], young_modulus: E, poisson_ratio: 0.0}}",
+    "training: {grid: {": "training: {grid: {E: 3, ",
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "more", "kind"), [({}, {}, "condensed"), (TWO_MODULI, {"E": 100.0}, "interpolated")]
+)
+def test_one_sided_where_a_load_is_rounding(signorom, post, tmp_path, changes, more, kind):
+    """0.1 + 0.2 - 0.3 is 5.6e-17: such a stroke neither closes nor opens the contacts."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    deck = tmp_path / "blocks.yaml"
+    text = BLOCKS.replace('"-stroke"', '"0.1 + 0.2 - stroke"').replace(
+        "stroke: {min: 0.0", "stroke: {min: 0.29"
+    )
+    text = text.replace("max: 0.02, unit: m}, gap", "max: 0.31, unit: m}, gap")
+    for old, new in changes.items():
+        text = text.replace(old, new)
+    deck.write_text(text)
+    with trained(signorom, post, deck) as model:
+        assert kind in model.describe()
+        grazing = model.query(stroke=0.3, gap=0.0, **more)
+        stroke = grazing.gradient.parameters.index("stroke")
+        assert grazing.gradient.n_grazing == len(grazing.multipliers)
+        assert grazing.gradient.is_one_sided[stroke]
+        assert grazing.gradient.forces[stroke, 0, 1] == pytest.approx(-STIFFNESS, rel=1e-9)
+        assert grazing.backward_gradient.forces[stroke, 0, 1] == pytest.approx(0.0, abs=1e-9)
+
+
 def test_answers_without_derivatives(signorom, post, tmp_path):
     """A hyper-reduced answer alone, and a load that jumps at the point: a sentence says why."""
     deck = copy_deck(INPUT / "half_disks.yaml", tmp_path)
