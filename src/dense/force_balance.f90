@@ -6,7 +6,7 @@ module sig_force_balance
   use sig_linear_algebra, only: solve_dense
   implicit none(type, external)
   private
-  public :: balance_forces, keep_balance
+  public :: balance_forces, balance_loaded_forces, keep_balance
 
   !> [-] the steps end when A lambda - b is at most this, relative to the terms of its sum
   real(rk), parameter :: rounding = 1.0e-13_rk
@@ -67,6 +67,28 @@ contains
       dual = dot_product(forces, forces) / 2 - dot_product(work, y)
     end function dual
   end subroutine balance_forces
+
+  !> Does the same as balance_forces, but zeros stay zero if the other forces can carry the loads: contacts that are open stay open.
+  !> If they cannot, all forces may change. Local.
+  subroutine balance_loaded_forces(matrix, work, forces, is_balanced)
+    !> as for balance_forces
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: work(:)
+    real(rk), intent(inout) :: forces(:)
+    logical, intent(out) :: is_balanced
+    integer, allocatable :: loaded(:)
+    real(rk), allocatable :: loaded_forces(:)
+    integer :: i
+
+    loaded = pack([(i, i=1, size(forces))], forces > 0)
+    loaded_forces = forces(loaded)
+    call balance_forces(matrix(loaded, :), work, loaded_forces, is_balanced)
+    if (is_balanced) then
+      forces(loaded) = loaded_forces
+    else
+      call balance_forces(matrix, work, forces, is_balanced)
+    end if
+  end subroutine balance_loaded_forces
 
   !> Whether the forces balance the loads: each component of A lambda - b is at most 1e-11 times the sum of the absolute values of
   !> its terms. True without motions. `matrix` is A' and `work` is b, as for balance_forces.

@@ -8,7 +8,7 @@
 !> with a certificate without W, only the openings of combinations are known: there the coefficients of the combination and the
 !> forces of the domain are replaced instead.
 module sig_multiplier_fit
-  use sig_force_balance, only: balance_forces
+  use sig_force_balance, only: balance_loaded_forces
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_hhr_data, only: add_lifted, fill_openings, hhr_data_t
@@ -107,7 +107,7 @@ contains
   !> displacement get no force (release). They keep it in models with bodies that only contact holds, with a certificate of their
   !> own, or without displacements of the snapshots or gaps of all contacts. If only contact holds a body, all forces (in a model
   !> with a certificate of its own, the coefficients of the combination and the forces of the domain) are then replaced by the
-  !> nearest ones that balance the loads (balance_loaded_rows), or stay if there are none. The coefficients are in `workspace`
+  !> nearest ones that balance the loads (balance_loaded_forces), or stay if there are none. The coefficients are in `workspace`
   !> afterwards.
   subroutine evaluate(self, cluster, theta, coordinates, multipliers_rid, workspace, multipliers)
     class(multiplier_fit_t), intent(in) :: self
@@ -124,6 +124,7 @@ contains
     !> [force] >= 0, shape (n_multipliers)
     real(rk), intent(out) :: multipliers(:)
     real(rk) :: residual_norm
+    logical :: is_balanced
     integer :: i
 
     call reserve(self, size(multipliers), workspace)
@@ -146,31 +147,8 @@ contains
       multipliers(cluster%contact_rows(i)) = workspace%forces(i)
     end do
     if (size(cluster%motion_load, 2) > 0 .and. .not. self%is_bound_to_snapshots) &
-      call balance_loaded_rows(cluster%motion_closing, work_of_loads(cluster, theta), multipliers)
+      call balance_loaded_forces(cluster%motion_closing, work_of_loads(cluster, theta), multipliers, is_balanced)
   end subroutine evaluate
-
-  !> Replaces the forces by the nearest ones that balance the loads and act on the same contacts, so that open contacts stay open.
-  !> If these contacts cannot carry the loads, forces on all contacts are allowed; if those cannot either, nothing changes.
-  subroutine balance_loaded_rows(matrix, work, forces)
-    !> as for balance_forces, shape (n_multipliers, n_motions)
-    real(rk), intent(in) :: matrix(:, :)
-    real(rk), intent(in) :: work(:)
-    !> [force] >= 0, shape (n_multipliers)
-    real(rk), intent(inout) :: forces(:)
-    integer, allocatable :: loaded(:)
-    real(rk), allocatable :: loaded_forces(:)
-    logical :: is_balanced
-    integer :: i
-
-    loaded = pack([(i, i=1, size(forces))], forces > 0)
-    loaded_forces = forces(loaded)
-    call balance_forces(matrix(loaded, :), work, loaded_forces, is_balanced)
-    if (is_balanced) then
-      forces(loaded) = loaded_forces
-    else
-      call balance_forces(matrix, work, forces, is_balanced)
-    end if
-  end subroutine balance_loaded_rows
 
   !> Computes the forces of the combination on all contacts, those of the domain, too: the sum of the snapshots' forces, each times
   !> its coefficient.
@@ -211,8 +189,9 @@ contains
     where (self%multiplier_scale * multipliers <= self%displacement_scale * opening) multipliers = 0
   end subroutine release
 
-  !> Replaces the coefficients of the combination and the forces of the domain by the nearest ones that balance the loads. In this
-  !> distance a coefficient counts times the outside_size of its snapshot. Both stay unchanged if there are no such values.
+  !> Replaces the coefficients of the combination and the forces of the domain by the nearest ones that balance the loads, and keeps
+  !> zeros if it can (balance_loaded_forces). In this distance a coefficient counts times the outside_size of its snapshot. Both
+  !> stay unchanged if there are no such values.
   subroutine balance(self, cluster, theta, coefficients, forces)
     class(multiplier_fit_t), intent(in) :: self
     type(hhr_data_t), intent(in) :: cluster
@@ -232,7 +211,7 @@ contains
       do i = 1, self%n_rows
         work(m + i, :) = cluster%motion_closing(cluster%contact_rows(i), :)
       end do
-      call balance_forces(work, work_of_loads(cluster, theta), parts, is_balanced)
+      call balance_loaded_forces(work, work_of_loads(cluster, theta), parts, is_balanced)
       if (.not. is_balanced) return
       coefficients = parts(:m) / self%outside_size
       forces = parts(m + 1:)
