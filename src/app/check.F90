@@ -17,7 +17,7 @@ module sig_check
   use sig_parameter_space, only: build_points, format_point
   use sig_point_argument, only: parse_point
   use sig_point_checks, only: check_points
-  use sig_problem, only: inert_pair_names, parameter_names, problem_t
+  use sig_problem, only: inert_pair_names, parameter_names, problem_t, warn_of_plan
   use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
@@ -29,9 +29,10 @@ module sig_check
 
 contains
 
-  !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Warns if the tool that trains forests is
-  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error it prints no deck. With
-  !> --fields the two files are still written if --at could be read and supports and loads could be built. Collective on all ranks.
+  !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Gives the warnings of the problem
+  !> (warn_of_plan), and warns if the tool that trains forests is missing and may be needed. With --fields it also writes check.h5
+  !> and check.xdmf. After an error it prints no deck. With --fields the two files are still written if --at could be read and
+  !> supports and loads could be built. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_points,
   !> check_points (also of the point of --fields) and check_box; a file cannot be written.
@@ -71,6 +72,7 @@ contains
       return
     end if
     call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
+    call warn_of_plan(session%full_order%problem, joined_points(session%deck, training, test))
     PetscCall(warn_of_missing_tool(session%deck, ierr))
     if (command%has_fields) then
       PetscCall(write_fields(shown(:, 1), session, ierr))
@@ -157,9 +159,8 @@ contains
       ' prescribed), ' // counted(problem%rows%n_rows + problem%inert%n_rows, 'contact pair') // ', ' // &
       counted(problem%rows%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
       to_text(size(test, 2)) // ' test'
-    contact = contact_lines(problem%deck, problem%rows, problem%inert, problem%terms, &
-      reshape([training, test, problem%deck%output%points], [size(training, 1), &
-      size(training, 2) + size(test, 2) + size(problem%deck%output%points, 2)]))
+    contact = contact_lines(problem%deck, problem%mesh, problem%rows, problem%inert, problem%terms, &
+      joined_points(problem%deck, training, test))
     do i = 1, size(contact)
       text = text // new_line('a') // '# ' // contact(i)%text
     end do
@@ -175,4 +176,16 @@ contains
     if (size(inert) > 0) text = text // new_line('a') // '# inert pairs (both sides prescribed, no multiplier): nodes ' // &
       join(inert, ', ')
   end function sizes_text
+
+  !> Returns the training points, the test points and the output points of the deck, shape (n_parameters, n_points).
+  pure function joined_points(deck, training, test) result(points)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), intent(in) :: training(:, :)
+    real(rk), intent(in) :: test(:, :)
+    real(rk), allocatable :: points(:, :)
+
+    associate (shown => deck%output%points)
+      points = reshape([training, test, shown], [size(training, 1), size(training, 2) + size(test, 2) + size(shown, 2)])
+    end associate
+  end function joined_points
 end module sig_check

@@ -63,6 +63,8 @@ module sig_deck_config
     real(rk) :: maximum = 0
     !> unit of the parameter, free text for axes and reports; default empty
     character(:), allocatable :: unit
+    !> whether an expression of the deck has its name
+    logical :: is_used = .true.
     integer :: line = 0
   end type parameter_config_t
 

@@ -29,7 +29,7 @@ contains
     type(c_ptr) :: reading
 
     tree%path = path
-    allocate (tree%parameter_names(0), tree%nodes(0))
+    allocate (tree%parameter_names(0), tree%is_parameter_used(0), tree%nodes(0))
     if (sig_yaml_read(text, len(text, c_size_t), reading) /= 0) then
       call report(tree, 'out of memory')
       return

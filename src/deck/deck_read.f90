@@ -76,6 +76,7 @@ contains
     call read_study(tree, config)
     call get_text(tree, root_node, 'petsc_options', .false., config%petsc_options)
     call tree%close_mapping(root_node)
+    if (size(tree%is_parameter_used) == size(config%parameters)) config%parameters%is_used = tree%is_parameter_used
     call check_deck(tree, config)
   end subroutine read_sections
 

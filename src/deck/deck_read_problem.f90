@@ -125,6 +125,7 @@ contains
       call tree%close_mapping(nodes(i))
     end do
     call offer_names(parameters, tree%parameter_names)
+    tree%is_parameter_used = [(.false., i=1, size(tree%parameter_names))]
   end subroutine read_parameters
 
   !> Sets the names that expressions may use. Names that muParser would refuse are left out; check_deck reports them.

@@ -50,6 +50,8 @@ module sig_deck_tree
     type(deck_node_t), allocatable :: nodes(:)
     !> names of parameters that expressions may use; none before the parameters are read
     type(string_t), allocatable :: parameter_names(:)
+    !> whether an expression that was read has the name, shape (size(parameter_names))
+    logical, allocatable :: is_parameter_used(:)
     !> names of the model's coordinates, which some expressions may use, too
     type(string_t), allocatable :: coordinate_names(:)
     type(error_list_t) :: errors

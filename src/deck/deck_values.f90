@@ -33,8 +33,7 @@ contains
     integer, intent(in) :: i_node
 
     is_mapping = tree%nodes(i_node)%kind == kind_mapping
-    if (.not. is_mapping) &
-      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
+    if (.not. is_mapping) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a mapping {key: value, ...}')
   end function is_mapping
 
   !> Returns the node of the list below a key; 0 if it is missing (an error if required), or no list or wrongly empty (errors).
@@ -67,12 +66,9 @@ contains
     integer, allocatable, intent(out) :: nodes(:)
     integer :: i_list
 
+    allocate (nodes(0))
     i_list = get_list(tree, i_parent, key, is_required, may_be_empty)
-    if (i_list > 0) then
-      nodes = tree%children(i_list)
-    else
-      allocate (nodes(0))
-    end if
+    if (i_list > 0) nodes = tree%children(i_list)
   end subroutine get_list_entries
 
   !> Reads the text below a key on one line, without blanks around it. Errors (value unchanged): unquoted and empty, mapping, list.
@@ -362,8 +358,11 @@ contains
         hint_of(tree, i_node))
       return
     end if
-    value%uses_parameters = any(expression%used_places() <= size(tree%parameter_names))
-    value%uses_coordinates = any(expression%used_places() > size(tree%parameter_names))
+    associate (places => expression%used_places(), n_parameters => size(tree%parameter_names))
+      value%uses_parameters = any(places <= n_parameters)
+      value%uses_coordinates = any(places > n_parameters)
+      tree%is_parameter_used(pack(places, places <= n_parameters)) = .true.
+    end associate
     value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates)
     if (value%is_constant) then
       call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names) + size(coordinates)), value%constant, is_valid)

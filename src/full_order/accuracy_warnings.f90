@@ -1,6 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Warnings that results may be inaccurate: of materials before anything is solved, of residuals and errors afterwards.
+!> Warnings that results may be inaccurate or not what the user wants: of the deck before anything is solved, of contacts that never
+!> close, of residuals and errors afterwards.
 module sig_accuracy_warnings
+  use sig_contact_rows, only: contact_rows_t
+  use sig_contact_summary, only: contact_name
   use sig_deck_config, only: deck_config_t
   use sig_element_types, only: element_types
   use sig_kinds, only: rk
@@ -9,7 +12,7 @@ module sig_accuracy_warnings
   use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: material_warnings, equilibrium_warning, rotation_warning, error_warnings, accuracy_advice
+  public :: deck_warnings, open_contact_warnings, equilibrium_warning, rotation_warning, error_warnings, accuracy_advice
 
   !> [-] linear elements lock beyond this Poisson's ratio: they cannot change their shape at constant volume
   real(rk), parameter :: locking_ratio = 0.49_rk
@@ -27,6 +30,51 @@ module sig_accuracy_warnings
   real(rk), parameter :: largest_p95(3) = [0.25_rk, 0.5_rk, 0.5_rk]
 
 contains
+
+  !> Returns the warnings of a deck: unused_warnings, then material_warnings. Empty without warnings.
+  pure function deck_warnings(deck, mesh, material_of_cell) result(warnings)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    !> as for material_warnings
+    integer, intent(in) :: material_of_cell(:)
+    type(string_t), allocatable :: warnings(:)
+
+    warnings = [unused_warnings(deck), material_warnings(deck, mesh, material_of_cell)]
+  end function deck_warnings
+
+  !> Returns a warning for each parameter whose name no expression of the deck has. Empty without warnings.
+  pure function unused_warnings(deck) result(warnings)
+    type(deck_config_t), intent(in) :: deck
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    allocate (warnings(0))
+    do i = 1, size(deck%parameters)
+      if (.not. deck%parameters(i)%is_used) call append_text(warnings, 'no expression of the deck uses the parameter ''' // &
+        deck%parameters(i)%name // ''': its value changes nothing')
+    end do
+  end function unused_warnings
+
+  !> Returns a warning for each contact entry that is open at all points, that is, that has rows and no multiplier above 0. Empty
+  !> without warnings.
+  pure function open_contact_warnings(deck, rows, multipliers) result(warnings)
+    type(deck_config_t), intent(in) :: deck
+    type(contact_rows_t), intent(in) :: rows
+    !> [force] shape (n_rows, n_points)
+    real(rk), intent(in) :: multipliers(:, :)
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    allocate (warnings(0))
+    do i = 1, size(deck%contact)
+      associate (is_own => rows%contact_entry == i)
+        if (.not. any(is_own) .or. any(spread(is_own, 2, size(multipliers, 2)) .and. multipliers > 0)) cycle
+        call append_text(warnings, 'contact[' // to_text(i) // '] (' // contact_name(deck, i) // ') is open at all ' // &
+          to_text(size(multipliers, 2)) // ' training points, so it has no force there; if it should close, look at the gaps ' // &
+          '(signorom check prints them), the directions of the loads, and the ranges of the parameters')
+      end associate
+    end do
+  end function open_contact_warnings
 
   !> Returns warnings of materials that make the equations (3) inaccurate: one for each material with a Poisson's ratio above 0.49
   !> and at least one linear element (not in plane stress), and one if the largest Young's modulus of all materials is more than 1e8

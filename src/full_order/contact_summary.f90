@@ -4,6 +4,7 @@ module sig_contact_summary
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
   use sig_term_set, only: term_set_t
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, counted, fine_digits, short_number, string_t, to_text
@@ -11,13 +12,17 @@ module sig_contact_summary
   private
   public :: contact_lines, contact_name
 
+  !> [-] of the largest coordinate: a smaller gap is rounding and is shown as 0
+  real(rk), parameter :: rounding = 1.0e-12_rk
+
 contains
 
   !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces; the
   !> number of all its rows (`nodes` with an obstacle, else `pairs`, also for mortar rows) and how many of them are inert, if any;
   !> the smallest and the largest gap of all its rows at all points. Gaps are left out if there are no rows or no points.
-  function contact_lines(deck, rows, inert, terms, points) result(lines)
+  function contact_lines(deck, mesh, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
     !> rows with a multiplier
     type(contact_rows_t), intent(in) :: rows
     !> rows without a multiplier
@@ -38,7 +43,7 @@ contains
         call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // contact_name(deck, i_entry) // &
           count_text(deck%contact(i_entry)%has_obstacle, size(active) + size(idle), size(idle)) // &
           gaps_text(reshape([transpose(rows%gap(active, :)), transpose(inert%gap(idle, :))], &
-          [size(theta, 1), size(active) + size(idle)]), theta, deck%units%length))
+          [size(theta, 1), size(active) + size(idle)]), theta, rounding * maxval(abs(mesh%coordinates)), deck%units%length))
       end associate
     end do
   end function contact_lines
@@ -71,11 +76,13 @@ contains
   end function count_text
 
   !> Returns `, gaps <smallest> to <largest> <unit>` over all rows and points; empty without rows or points.
-  pure function gaps_text(gaps, theta, unit) result(text)
+  pure function gaps_text(gaps, theta, noise, unit) result(text)
     !> [length] D of each row by term, shape (n_terms, n_rows)
     real(rk), intent(in) :: gaps(:, :)
     !> values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
+    !> [length] an end of the range that is at most so large is shown as 0
+    real(rk), intent(in) :: noise
     character(*), intent(in) :: unit
     character(:), allocatable :: text
     real(rk) :: smallest, largest
@@ -92,6 +99,8 @@ contains
         largest = max(largest, maxval(matmul(theta(used, i_point), gaps(used, :))))
       end do
     end associate
+    if (abs(smallest) <= noise) smallest = 0
+    if (abs(largest) <= noise) largest = 0
     text = ', gaps ' // short_number(smallest, fine_digits) // ' to ' // short_number(largest, fine_digits) // ' ' // unit
   end function gaps_text
 end module sig_contact_summary

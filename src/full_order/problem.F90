@@ -3,7 +3,7 @@
 !> Builds the full-order problem from deck and mesh, before anything is solved: bodies, prescribed displacements, loads, imposed
 !> strains, contact rows, and the choice of the solver.
 module sig_problem
-  use sig_accuracy_warnings, only: material_warnings
+  use sig_accuracy_warnings, only: deck_warnings
   use sig_body_checks, only: check_bodies
   use sig_boundary_conditions, only: boundary_conditions_t, create_boundary_conditions
   use sig_checksum, only: fnv1a, fnv1a_seed, hash_digits, hash_of_text
@@ -41,7 +41,7 @@ module sig_problem
   use petsc
   implicit none(type, external)
   private
-  public :: problem_t, load_problem, announce_plan, body_at, strains_at, surface_of_side
+  public :: problem_t, load_problem, announce_plan, warn_of_plan, body_at, strains_at, surface_of_side
   public :: inert_pair_names, parameter_names, parameter_units, tags_text
 
   !> The full-order problem.
@@ -79,7 +79,7 @@ module sig_problem
     type(string_t), allocatable :: contact_notes(:)
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
-    !> sentences about materials that make answers inaccurate
+    !> sentences about parameters that nothing uses, and about materials that make answers inaccurate
     type(string_t), allocatable :: warnings(:)
     !> [s] wall time of reading the mesh, and of the work after it up to the contact rows
     real(rk) :: mesh_seconds = 0
@@ -154,7 +154,7 @@ contains
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       problem%motions)
-    problem%warnings = material_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
+    problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
     call check_bodies(problem%deck, problem%mesh, problem%motions, problem%notes, error)
     if (allocated(error)) return
     sizes%n_dim = problem%mesh%n_dim
@@ -169,8 +169,8 @@ contains
     end associate
   end subroutine plan_solving
 
-  !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes; by
-  !> log_warning, the warnings, also of windows that miss their surface at some points. Requires: check_points accepted the points.
+  !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes;
+  !> then the warnings (warn_of_plan). Requires: check_points accepted the points.
   subroutine announce_plan(problem, points)
     type(problem_t), intent(in) :: problem
     !> points that will be solved, shape (n_parameters, n_points)
@@ -178,7 +178,7 @@ contains
     type(string_t), allocatable :: lines(:)
     integer :: i
 
-    lines = contact_lines(problem%deck, problem%rows, problem%inert, problem%terms, points)
+    lines = contact_lines(problem%deck, problem%mesh, problem%rows, problem%inert, problem%terms, points)
     do i = 1, size(lines)
       call log_info(lines(i)%text)
     end do
@@ -189,14 +189,23 @@ contains
     do i = 1, size(problem%notes)
       call log_info('note: ' // problem%notes(i)%text)
     end do
-    do i = 1, size(problem%warnings)
-      call log_warning(problem%warnings(i)%text)
-    end do
-    lines = window_warnings(problem%deck, problem%mesh, points)
+    call warn_of_plan(problem, points)
+  end subroutine announce_plan
+
+  !> Logs the warnings of a problem, also of windows of loads that miss their surface at some of the points. Requires: check_points
+  !> accepted the points.
+  subroutine warn_of_plan(problem, points)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(string_t), allocatable :: lines(:)
+    integer :: i
+
+    lines = [problem%warnings, window_warnings(problem%deck, problem%mesh, points)]
     do i = 1, size(lines)
       call log_warning(lines(i)%text)
     end do
-  end subroutine announce_plan
+  end subroutine warn_of_plan
 
   !> Checks that the mesh has the zones of interest and the boundaries with exact displacements, because otherwise the error would
   !> come only after the sampling, and that fixed windows of loads meet their surfaces. Errors: the first that the mesh lacks; no

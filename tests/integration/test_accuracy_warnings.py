@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
+from block_meshes import stacked_blocks
 from gmsh_mesh import make_mesh
 from program import ROOT
 from results import read_table
@@ -163,3 +164,36 @@ def test_good_decks_get_no_warning(signorom, tmp_path):
     assert done.returncode == 0
     assert "warning" not in done.stdout + done.stderr
     assert report_of(tmp_path)["errors"]["warnings"] == []
+
+
+NEVER = """\
+title: A contact that closes or not, and a parameter that nothing uses
+mesh: {file: blocks.msh, model: plane_strain}
+parameters: {stroke: {min: 0.001, max: 0.02, unit: m}, q: {min: 0, max: 1, unit: "1"}}
+materials: {all: {regions: [lower, upper], young_modulus: 100.0, poisson_ratio: 0.0}}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0}}
+  - {boundary: top, displacement: {x: 0, y: "-stroke"}}
+loads: [{boundary: top, pressure: stroke, window: {axis: x, min: "9 + stroke"}}]
+contact: [{first: upper_face, second: lower_face, initial_gap: GAP}]
+training: {sobol: 4}
+test: {sobol: 3, seed: 1}
+"""
+
+
+@pytest.mark.parametrize(("gap", "is_accepted"), [("0", True), ("0.1", False)])
+def test_what_does_nothing_is_named(signorom, tmp_path, gap, is_accepted):
+    """A parameter, a window and a contact; a model without any force at the test points is not accepted."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    (tmp_path / "never.yaml").write_text(NEVER.replace("GAP", gap))
+    checked = signorom.run("check", "never.yaml", folder=tmp_path)
+    assert checked.returncode == 0
+    assert "warning: no expression of the deck uses the parameter 'q'" in checked.stderr
+    assert "loads[1]" in checked.stderr
+    done = signorom.run("run", "never.yaml", folder=tmp_path)
+    assert done.returncode == 0
+    opened = "warning: contact[1] (upper_face - lower_face) is open at all 4 training points"
+    assert (opened in done.stderr) != is_accepted
+    report = yaml.safe_load((tmp_path / "results" / "never" / "report.yaml").read_text())
+    assert report["validation"]["accepted"] is is_accepted
+    assert ("NOT accepted: no test point has a contact force" in done.stderr) != is_accepted

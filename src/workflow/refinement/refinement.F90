@@ -79,7 +79,7 @@ contains
 
     ierr = 0
     allocate (outcome%rounds(0))
-    call take_solved(problem, snapshots, .false., best%snapshots, error)
+    call take_solved(problem, snapshots, best%snapshots, error)
     if (allocated(error)) return
     PetscCall(check_start(problem, best%snapshots, error, ierr))
     if (allocated(error)) return

@@ -27,7 +27,7 @@ module sig_model_building
   use sig_hhr_start_sets, only: fill_start_sets
   use sig_text, only: counted, to_text
   use sig_tied_training, only: train_tied
-  use sig_training, only: take_solved, train
+  use sig_training, only: take_solved, train, warn_of_snapshots
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -69,6 +69,7 @@ contains
 
     ierr = 0
     allocate (refinement%rounds(0))
+    call warn_of_snapshots(full_order%problem, snapshots)
     PetscCall(build_exact(full_order, snapshots, model, is_condensed, error, ierr))
     if (allocated(error) .or. is_condensed) return
     PetscCall(complete_lifting(full_order, snapshots, error, ierr))
@@ -148,7 +149,7 @@ contains
       return
     end if
     ierr = 0
-    call take_solved(full_order%problem, snapshots, .true., solved, error)
+    call take_solved(full_order%problem, snapshots, solved, error)
     if (allocated(error)) return
     PetscCall(interpolate_fallback(full_order, solved, has_starts, fallback, error, ierr))
   end subroutine build_fallback
@@ -226,7 +227,7 @@ contains
     type(training_set_t) :: solved
 
     ierr = 0
-    call take_solved(full_order%problem, snapshots, .false., solved, error)
+    call take_solved(full_order%problem, snapshots, solved, error)
     if (allocated(error)) return
     call fill_model_header(full_order%problem, solved, model)
     model%max_error = max_error_of(full_order%problem%deck%reduction, 0.0_rk)

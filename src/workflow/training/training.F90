@@ -2,6 +2,7 @@
 #include "signorom/macros.h"
 !> Trains a hyper-reduced model: divides the snapshots into clusters and trains a local model for each cluster.
 module sig_training
+  use sig_accuracy_warnings, only: open_contact_warnings
   use sig_cluster_division, only: divide_snapshots
   use sig_cluster_training, only: log_cluster_warnings, train_clusters
   use sig_clustering, only: cluster_t
@@ -15,18 +16,18 @@ module sig_training
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_text, only: to_text
+  use sig_text, only: string_t, to_text
   use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: train, take_solved
+  public :: train, take_solved, warn_of_snapshots
 
 contains
 
   !> Divides the solved snapshots into clusters.number clusters (0: divide_snapshots chooses the number) and builds the
-  !> hyper-reduced model of each. Warns of points without a solution (take_solved) and of doubtful clusters. The model gets no
-  !> fallback. Collective on all ranks; the model is the same on each.
+  !> hyper-reduced model of each. Warns of doubtful clusters. The model gets no fallback. Collective on all ranks; the model is the
+  !> same on each.
   !>
   !> Errors: no training point has a solution; those of divide_snapshots and train_clusters.
   subroutine train(problem, snapshots, model, error, ierr, is_draft)
@@ -36,7 +37,7 @@ contains
     type(model_t), intent(out) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    !> the model is only used to choose training points: it has one cluster, and there are no warnings; default: false
+    !> the model is only used to choose training points: it has one cluster, and there are no warnings of clusters; default: false
     logical, intent(in), optional :: is_draft
     type(cluster_t), allocatable :: clusters(:)
     type(hhr_data_t), allocatable :: models(:)
@@ -48,7 +49,7 @@ contains
     is_silent = .false.
     if (present(is_draft)) is_silent = is_draft
     n_clusters = merge(1, problem%deck%clusters%number, is_silent)
-    call take_solved(problem, snapshots, is_silent, solved, error)
+    call take_solved(problem, snapshots, solved, error)
     if (allocated(error)) return
     call fill_model_header(problem, solved, model)
     PetscCall(divide_snapshots(problem%deck, n_clusters, solved, model, clusters, error, ierr))
@@ -60,14 +61,11 @@ contains
     if (.not. is_silent) call log_cluster_warnings(model)
   end subroutine train
 
-  !> Selects the snapshots with a converged full-order solution and, unless is_silent, warns of each of the others. Local. Errors:
-  !> no point has such a solution; then there are no warnings.
-  subroutine take_solved(problem, snapshots, is_silent, solved, error)
+  !> Selects the snapshots with a converged full-order solution. Local. Errors: no point has such a solution.
+  subroutine take_solved(problem, snapshots, solved, error)
     type(problem_t), intent(in) :: problem
     !> must outlive `solved`, which points to it
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> gives no warnings
-    logical, intent(in) :: is_silent
     type(training_set_t), intent(out) :: solved
     type(error_t), allocatable, intent(out) :: error
     integer :: i
@@ -76,12 +74,28 @@ contains
     if (solved%n_snapshots() == 0) then
       call make_error(error, 'none of the ' // to_text(size(snapshots%reasons)) // ' training points has a full-order solution', &
         problem%deck%path, exit_code=exit_not_converged)
-      return
     end if
-    do i = 1, size(snapshots%reasons)
-      if (snapshots%reasons(i) == reason_converged .or. is_silent) cycle
-      call log_warning('training without ' // format_point(problem%deck%parameters, snapshots%parameters(:, i)) // &
-        ', which the full-order model did not solve')
-    end do
   end subroutine take_solved
+
+  !> Warns of each training point without a full-order solution, and of contacts that are open at all others
+  !> (open_contact_warnings). Without any solution there are no warnings, because training then ends with an error. Local.
+  subroutine warn_of_snapshots(problem, snapshots)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    associate (is_solved => snapshots%reasons == reason_converged)
+      if (.not. any(is_solved)) return
+      do i = 1, size(is_solved)
+        if (.not. is_solved(i)) call log_warning('training without ' // format_point(problem%deck%parameters, &
+          snapshots%parameters(:, i)) // ', which the full-order model did not solve')
+      end do
+      warnings = open_contact_warnings(problem%deck, problem%rows, &
+        snapshots%multipliers(:, pack([(i, i=1, size(is_solved))], is_solved)))
+    end associate
+    do i = 1, size(warnings)
+      call log_warning(warnings(i)%text)
+    end do
+  end subroutine warn_of_snapshots
 end module sig_training

@@ -20,7 +20,7 @@ module sig_verdict
 
   !> Whether a validated model is good enough.
   type :: verdict_t
-    !> p95 is at most validation.accept, and no body rotates too far
+    !> p95 is at most validation.accept, some test point has a contact force, and no body rotates too far
     logical :: is_accepted = .false.
     !> number of points without an answer of the model but with a full-order solution, of points without a full-order solution, and
     !> of answers by the fallback
@@ -36,27 +36,31 @@ module sig_verdict
 contains
 
   !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit,
-  !> and no full-order solution rotates a body too far for linear equations (rotation_warning). Points without a full-order solution
-  !> do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence names the number of answers by the
-  !> fallback if it answered more than half of all points.
+  !> some full-order solution has a contact force, and none rotates a body too far for linear equations (rotation_warning). Points
+  !> without a full-order solution do not count; if no point counts, p95 is NaN and the model is not accepted. The sentence names
+  !> the number of answers by the fallback if it answered more than half of all points.
   pure function judge_validation(outcome, limit) result(verdict)
     type(validation_t), intent(in) :: outcome
     !> [-] validation.accept
     real(rk), intent(in) :: limit
     type(verdict_t) :: verdict
     type(statistics_t) :: statistics
+    character(:), allocatable :: objection
 
     verdict%n_unanswered = count(outcome%method == 0 .and. outcome%reason_full_order > 0)
     verdict%n_unsolved = count(outcome%reason_full_order <= 0)
     verdict%n_fallbacks = count(outcome%is_fallback)
     statistics = measured_statistics(counted_errors(outcome, i_decisive))
     verdict%p95 = statistics%p95
-    verdict%is_accepted = verdict%p95 <= limit .and. rotation_warning(outcome%rotation) == ''
+    objection = rotation_warning(outcome%rotation)
+    if (.not. any(outcome%n_active_full_order > 0 .and. outcome%reason_full_order > 0)) objection = 'no test point has a ' // &
+      'contact force, so those of the model were not tested; choose test points at which contacts close (test)'
+    verdict%is_accepted = verdict%p95 <= limit .and. objection == ''
     verdict%sentence = 'p95 of ' // trim(error_names(i_decisive)) // ' is ' // short_number(verdict%p95)
     if (verdict%is_accepted) then
       verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
     else if (verdict%p95 <= limit) then
-      verdict%sentence = 'NOT accepted: ' // rotation_warning(outcome%rotation)
+      verdict%sentence = 'NOT accepted: ' // objection
     else
       verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
         ' (validation.accept); ' // accuracy_advice(outcome%model_kind)
