@@ -13,6 +13,9 @@ module sig_force_balance
   !> [-] forces count as balanced when A lambda - b is at most this, relative to the terms of its sum
   real(rk), parameter :: balanced = 1.0e-11_rk
   integer, parameter :: most_steps = 50
+  !> [-] below it, relative to the terms of its sum, what Newton's steps leave of A lambda - b is a matter of rounding
+  real(rk), parameter :: nearly_balanced = 1.0e-6_rk
+  integer, parameter :: most_corrections = 3
   !> [-] relative to the size of A A', added to the diagonal so that a step exists where the loaded rows do not hold the bodies
   real(rk), parameter :: damping = 1.0e-10_rk
 
@@ -55,7 +58,7 @@ contains
       end do
       y = y + length * step
     end do
-    if (.not. is_balanced) is_balanced = keep_balance(matrix, work, forces)
+    if (.not. is_balanced) call correct_rounding(matrix, work, forces, is_balanced)
     if (.not. is_balanced) forces = given
 
   contains
@@ -67,6 +70,30 @@ contains
       dual = dot_product(forces, forces) / 2 - dot_product(work, y)
     end function dual
   end subroutine balance_forces
+
+  !> Removes what rounding leaves of A lambda - b: where y is large, lambda_r + A' y loses digits. Changes only forces above 0, as
+  !> little as possible, and nothing if more is left than rounding. is_balanced is true if the forces balance the loads afterwards
+  !> (keep_balance).
+  subroutine correct_rounding(matrix, work, forces, is_balanced)
+    !> as for balance_forces
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: work(:)
+    real(rk), intent(inout) :: forces(:)
+    logical, intent(out) :: is_balanced
+    real(rk) :: rest(size(work)), step(size(work))
+    logical :: is_singular
+    integer :: i
+
+    do i = 0, most_corrections
+      is_balanced = keep_balance(matrix, work, forces)
+      if (is_balanced .or. i == most_corrections) return
+      rest = matmul(forces, matrix) - work
+      if (any(abs(rest) > nearly_balanced * (matmul(forces, abs(matrix)) + abs(work)))) return
+      call solve_dense(curvature(matrix, forces > 0), -rest, step, is_singular)
+      if (is_singular) return
+      where (forces > 0) forces = max(0.0_rk, forces + matmul(matrix, step))
+    end do
+  end subroutine correct_rounding
 
   !> Does the same as balance_forces, but zeros stay zero if the other forces can carry the loads: contacts that are open stay open.
   !> If they cannot, all forces may change. Local.
