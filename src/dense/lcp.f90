@@ -263,7 +263,7 @@ contains
         smallest = sign_tolerance * maxval(lambda)
         where (lambda > smallest) solution%lambda = lambda
       end associate
-      call measure_residual(matrix, q, workspace, solution)
+      call measure_residual(matrix, q, smallest, workspace, solution)
       if (.not. solution%residual <= accepted_residual) solution%reason = reason_ill_conditioned
     end if
     is_done = solution%reason == reason_converged
@@ -274,23 +274,29 @@ contains
     solution%is_active = solution%lambda > 0
   end subroutine finish
 
-  !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the sum of the absolute
-  !> values of the terms of its row, with w = W lambda + q for solution%lambda; 0 if none is positive, huge if such a sum is not
-  !> finite.
-  pure subroutine measure_residual(matrix, q, workspace, solution)
+  !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the size of its row;
+  !> w is W lambda + q for solution%lambda; 0 if none is positive, huge if such a size is not finite. The size is the sum of the
+  !> absolute values of the terms of w. Where the residual would be too large, the size is made larger, so that a w that negligible
+  !> multipliers would remove is accepted.
+  pure subroutine measure_residual(matrix, q, negligible, workspace, solution)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
+    !> multipliers up to this one were set to zero
+    real(rk), intent(in) :: negligible
     type(lcp_workspace_t), intent(inout) :: workspace
     type(lcp_solution_t), intent(inout) :: solution
-    real(rk) :: violation
+    real(rk) :: size_of_row, violation
     integer :: i
 
     call sum_rows(matrix, q, solution%lambda, workspace)
     solution%residual = 0
     do i = 1, size(q)
       violation = merge(abs(workspace%w(i)), -workspace%w(i), solution%lambda(i) > 0)
-      if (violation > 0) solution%residual = max(solution%residual, violation / workspace%row_size(i))
-      if (.not. workspace%row_size(i) <= huge(violation)) solution%residual = huge(violation)
+      size_of_row = workspace%row_size(i)
+      if (violation > accepted_residual * size_of_row) &
+        size_of_row = size_of_row + negligible * sum(abs(matrix(i, :))) / accepted_residual
+      if (violation > 0) solution%residual = max(solution%residual, violation / size_of_row)
+      if (.not. size_of_row <= huge(violation)) solution%residual = huge(violation)
     end do
   end subroutine measure_residual
 
