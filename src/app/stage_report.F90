@@ -3,8 +3,8 @@
 !> Fills and writes report.yaml, the common report of the stages of a study.
 module sig_stage_report
   use mpi, only: MPI_Get_processor_name, MPI_MAX_PROCESSOR_NAME
-  use sig_accuracy_warnings, only: equilibrium_warning, rotation_warning
-  use sig_body_rotations, only: largest_rotation
+  use sig_accuracy_warnings, only: deformation_warning, equilibrium_warning, rotation_warning
+  use sig_body_rotations, only: largest_deformation, largest_rotation
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
   use sig_deck_units, only: force_unit, stress_unit
@@ -89,7 +89,7 @@ contains
 
   !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
   !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
-  !> warn_of_residuals and warn_of_rotations of the points that did. Local.
+  !> warn_of_residuals and warn_of_deformations of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -108,7 +108,7 @@ contains
     call report_states(problem%deck, points, solved%states, report)
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
-    call warn_of_rotations(problem, solved, report)
+    call warn_of_deformations(problem, solved, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) then
         call log_warning('not converged at ' // format_point(problem%deck%parameters, points(:, i)) // ': ' // &
@@ -120,18 +120,19 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns once in the log and in the report if rotation_warning has a text for the solved points.
-  subroutine warn_of_rotations(problem, solved, report)
+  !> Warns once in the log and in the report if rotation_warning, or else deformation_warning, has a text for the solved points.
+  subroutine warn_of_deformations(problem, solved, report)
     type(problem_t), intent(in) :: problem
     type(solved_points_t), intent(in) :: solved
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: warning
 
     warning = rotation_warning(largest_rotation(problem%motions, solved%states))
+    if (warning == '') warning = deformation_warning(largest_deformation(problem%motions, solved%states))
     if (warning == '') return
     call log_warning(warning)
-    call report%add('rotations/warning', warning)
-  end subroutine warn_of_rotations
+    call report%add('deformations/warning', warning)
+  end subroutine warn_of_deformations
 
   !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals.
   subroutine warn_of_residuals(residuals, report)

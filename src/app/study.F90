@@ -50,7 +50,7 @@ module sig_study
   character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
   character(*), parameter :: error_keys(7) = [character(key_length) :: 'errors', 'answers', 'speed_up', 'times/query', &
     'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
-  character(*), parameter :: field_keys(2) = [character(key_length) :: 'points', 'rotations']
+  character(*), parameter :: field_keys(2) = [character(key_length) :: 'points', 'deformations']
 
 contains
 

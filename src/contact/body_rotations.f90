@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Rotations of the bodies that only contact holds. Equations of small displacements are wrong where they are large.
+!> Rotations of the bodies that only contact holds, and deformations of all bodies. Equations of small displacements are wrong where
+!> they are large.
 module sig_body_rotations
   use sig_contact_state, only: contact_state_t
   use sig_cross_products, only: cross_product
@@ -9,7 +10,7 @@ module sig_body_rotations
   use sig_rigid_motions, only: rigid_motions_t
   implicit none(type, external)
   private
-  public :: largest_rotation
+  public :: largest_deformation, largest_rotation
 
 contains
 
@@ -31,6 +32,30 @@ contains
       end associate
     end do
   end function largest_rotation
+
+  !> [-] Returns the largest displacement of a node relative to the mean displacement of its body, divided by the largest distance
+  !> of a node of the body from its center, over all bodies and all states that converged. It is the strain of a body that is
+  !> stretched evenly, and the angle of one that rotates. In axisymmetry the mean along the radius counts as 0.
+  pure real(rk) function largest_deformation(motions, states) result(largest)
+    type(rigid_motions_t), intent(in) :: motions
+    type(contact_state_t), intent(in) :: states(:)
+    real(rk), allocatable :: vectors(:, :)
+    real(rk) :: mean(size(motions%coordinates, 1))
+    integer :: i, k
+
+    largest = 0
+    do k = 1, size(states)
+      if (states(k)%reason /= reason_converged) cycle
+      vectors = reshape(states(k)%displacement, shape(motions%coordinates))
+      do i = 1, motions%n_bodies
+        associate (is_own => motions%body_of_node == i)
+          mean = sum(vectors, dim=2, mask=spread(is_own, 1, size(mean))) / max(1, count(is_own))
+          if (motions%is_round) mean(1) = 0
+          largest = max(largest, maxval(norm2(vectors - spread(mean, 2, size(vectors, 2)), dim=1), mask=is_own) / motions%sizes(i))
+        end associate
+      end do
+    end do
+  end function largest_deformation
 
   !> [rad] Returns the angle of the rigid rotation that fits the displacements of a body best: with x from its center, w solves
   !> sum(|x|^2 - x x') w = sum(x cross u) over its nodes. 0 for a body whose nodes lie on a line.

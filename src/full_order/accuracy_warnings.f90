@@ -12,7 +12,8 @@ module sig_accuracy_warnings
   use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: deck_warnings, open_contact_warnings, equilibrium_warning, rotation_warning, error_warnings, accuracy_advice
+  public :: deck_warnings, open_contact_warnings, equilibrium_warning, rotation_warning, deformation_warning
+  public :: error_warnings, accuracy_advice
 
   !> [-] linear elements lock beyond this Poisson's ratio: they cannot change their shape at constant volume
   real(rk), parameter :: locking_ratio = 0.49_rk
@@ -23,6 +24,8 @@ module sig_accuracy_warnings
 
   !> [rad] rotations above it are not small: linear equations make a body grow by half of its square
   real(rk), parameter :: largest_small_rotation = 0.1_rk
+  !> [-] deformations above it are far from small: often a unit is wrong. The half disks of the paper have 0.26
+  real(rk), parameter :: largest_small_deformation = 0.3_rk
 
   !> Errors of validation.csv that are judged, and their limits.
   character(*), parameter :: judged_names(3) = [character(12) :: 'e_u', 'e_lambda_rid', 'e_lambda_all']
@@ -136,6 +139,18 @@ contains
       'for small rotations only (up to about ' // short_number(largest_small_rotation) // ' rad), so displacements and ' // &
       'contact forces are wrong there: see whether a load turns the body (as a lever on a pin), and hold it'
   end function rotation_warning
+
+  !> Returns a warning if a body deforms by more than 0.3 of its size; empty otherwise.
+  pure function deformation_warning(deformation) result(warning)
+    !> [-] result of largest_deformation
+    real(rk), intent(in) :: deformation
+    character(:), allocatable :: warning
+
+    warning = ''
+    if (.not. deformation > largest_small_deformation) return
+    warning = 'displacements within a body differ by up to ' // short_number(100 * deformation) // ' % of its size; the ' // &
+      'equations are right for small displacements only: see whether lengths, loads, gaps and moduli have the right units'
+  end function deformation_warning
 
   !> Returns warnings of errors of a model, at most one for each of e_u, e_lambda_rid and e_lambda_all: that it has no value at any
   !> point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. Empty without warnings.

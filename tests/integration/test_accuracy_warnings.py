@@ -151,7 +151,7 @@ def test_a_lever_that_turns_on_its_pin(signorom, tmp_path, support, is_turning):
     sentence = "a body that only contact holds rotates by up to"
     assert said.count(sentence) == (4 if is_turning else 0)
     report = yaml.safe_load((tmp_path / "results" / "lever" / "report.yaml").read_text())
-    assert (sentence in str(report.get("rotations"))) == is_turning
+    assert (sentence in str(report.get("deformations"))) == is_turning
     assert (sentence in str(report["errors"]["warnings"])) == is_turning
     assert report["validation"]["accepted"] is not is_turning
     answered = signorom.run("predict", "results/lever/model.h5", "--at", "pull=10", folder=tmp_path)
@@ -197,3 +197,17 @@ def test_what_does_nothing_is_named(signorom, tmp_path, gap, is_accepted):
     report = yaml.safe_load((tmp_path / "results" / "never" / "report.yaml").read_text())
     assert report["validation"]["accepted"] is is_accepted
     assert ("NOT accepted: no test point has a contact force" in done.stderr) != is_accepted
+
+
+@pytest.mark.parametrize(("stroke", "is_large"), [("0.7", False), ("1.0", True)])
+def test_large_deformations_are_warned_of(signorom, tmp_path, stroke, is_large):
+    """Two blocks of 1 x 1 share the stroke s: at its ends each moves by s/4 from its mean, at most 0.70 of it away."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    deck = NEVER.replace("GAP", "0").replace("max: 0.02", f"max: {stroke}")
+    (tmp_path / "large.yaml").write_text(deck + f"output: {{points: [{{stroke: {stroke}, q: 0}}]}}\n")
+    done = signorom.run("solve", "large.yaml", folder=tmp_path)
+    assert done.returncode == 0
+    sentence = "displacements within a body differ by up to"
+    assert (sentence in done.stderr) == is_large
+    report = yaml.safe_load((tmp_path / "results" / "large" / "report.yaml").read_text())
+    assert (sentence in str(report.get("deformations"))) == is_large

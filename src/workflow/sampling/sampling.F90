@@ -3,7 +3,7 @@
 !> Solves points and stores the solutions. Groups of ranks solve different points. The solutions are written to disk during the run,
 !> so that the same command goes on after a killed run.
 module sig_sampling
-  use sig_body_rotations, only: largest_rotation
+  use sig_body_rotations, only: largest_deformation, largest_rotation
   use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: point_set_config_t
   use sig_error_broadcast, only: broadcast_error
@@ -42,6 +42,8 @@ module sig_sampling
     logical :: is_stopped = .false.
     !> [rad] largest rotation of a body that only contact holds, over the points that this run solved
     real(rk) :: rotation = 0
+    !> [-] largest deformation of a body over the same points
+    real(rk) :: deformation = 0
     !> how often all groups together assembled and factored a stiffness
     integer :: n_stiffnesses = 0
   end type sampling_result_t
@@ -153,6 +155,7 @@ contains
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, stopped, ierr))
     outcome%is_stopped = stopped > 0
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, outcome%rotation, ierr))
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, outcome%deformation, ierr))
     counts = [outcome%n_failed, merge(self%team%solver%n_stiffnesses, 0, self%team%groups%is_leader())]
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
@@ -280,8 +283,9 @@ contains
   end subroutine solve_some
 
   !> Solves the points of one batch, by the responses if they are ready. The leader of the group adds the solutions to the buffer of
-  !> its shard, also those that did not converge, counts the latter in outcome%n_failed, and updates outcome%rotation. While
-  !> n_before is 0, it also gives the solutions to responses%collect. Collective on the group. Errors: the shard cannot be written.
+  !> its shard, also those that did not converge, counts the latter in outcome%n_failed, and updates outcome%rotation and
+  !> outcome%deformation. While n_before is 0, it also gives the solutions to responses%collect. Collective on the group. Errors:
+  !> the shard cannot be written.
   subroutine solve_batch(self, points, places, n_stored, buffer, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     !> those of the batch, shape (n_parameters, n_points)
@@ -308,6 +312,7 @@ contains
     if (self%team%groups%is_leader()) then
       outcome%n_failed = outcome%n_failed + count(states%reason /= reason_converged)
       outcome%rotation = max(outcome%rotation, largest_rotation(self%problem%motions, states))
+      outcome%deformation = max(outcome%deformation, largest_deformation(self%problem%motions, states))
       do i = 1, size(states)
         if (self%n_before == 0) call self%responses%collect(places(i), states(i))
         call make_record(points(:, i), n_stored > 0, states(i), records(i))

@@ -123,7 +123,7 @@ contains
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
     !> n_points, n_failed, n_stiffnesses and is_stopped become those of this round; n_found stays that of the first round, and
-    !> rotation becomes the largest of all rounds
+    !> rotation and deformation become the largest of all rounds
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error
@@ -138,6 +138,7 @@ contains
     outcome%n_stiffnesses = round%n_stiffnesses
     outcome%is_stopped = round%is_stopped
     outcome%rotation = max(outcome%rotation, round%rotation)
+    outcome%deformation = max(outcome%deformation, round%deformation)
     if (outcome%is_stopped) return
     PetscCall(compare_answers(rounds, selection, error, ierr))
     PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
