@@ -75,7 +75,7 @@ module sig_problem
     type(solver_plan_t) :: plan
     !> whether the multipliers are at the second surface of each contact entry, shape (size(deck%contact))
     logical, allocatable :: is_swapped(:)
-    !> sentences about surfaces whose nodes do not match
+    !> sentences about surfaces whose nodes do not match, and about directions
     type(string_t), allocatable :: contact_notes(:)
     !> sentences about bodies that only contact holds
     type(string_t), allocatable :: notes(:)

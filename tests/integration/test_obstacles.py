@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import yaml
 
+from block_meshes import stacked_blocks
 from results import read_fields, read_snapshots
 from runs import check_reduced_model, results_of, write_deck
 
@@ -115,3 +116,23 @@ def test_nodes_and_gaps_are_told_before_solving(signorom, tmp_path):
         assert (
             f"# contact[{i}]: {name} - rigid half_space, 15 nodes (2 inert), gaps -0.4 to 0.9 m\n" in checked
         )
+
+
+@pytest.mark.parametrize(
+    ("direction", "angle"), [([0, 1], None), ([0.3, 1], None), ([1, 1], 45), ([2, 1], 63)]
+)
+def test_direction_far_from_the_normals_is_noted(signorom, tmp_path, direction, angle):
+    """The normal of the top is y; atan(0.3) is 17 degrees and atan(2) is 63."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    (tmp_path / "ball.yaml").write_text(
+        "mesh: {file: blocks.msh, model: plane_strain}\nparameters: {depth: {min: 0, max: 0.1}}\n"
+        "materials: {all: {regions: [lower, upper], young_modulus: 1, poisson_ratio: 0}}\n"
+        "boundary_conditions:\n  - {boundary: bottom, displacement: {x: 0, y: 0}}\n"
+        "  - {boundary: left, displacement: {x: 0, y: 0}}\ncontact:\n  - {first: top, obstacle: "
+        f"{{type: sphere, center: [0.5, 3 - depth], radius: 2}}, direction: {direction}}}\n"
+    )
+    done = signorom.run("check", "ball.yaml", folder=tmp_path)
+    assert done.returncode == 0
+    note = f"note: contact[1]: the direction is {angle} degrees or more from the normals of 'top'"
+    assert (note in done.stdout) == (angle is not None)
+    assert ("the direction is" in done.stdout) == (angle is not None)

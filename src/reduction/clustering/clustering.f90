@@ -38,7 +38,8 @@ contains
       if (lengths(i) > 0) cycle
       call make_error(error, 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // &
         ') is zero: it cannot be compared with others', &
-        hint='leave points without load and without prescribed displacement out of the training set')
+        hint='leave points without load and without prescribed displacement out of the training set: give the load a ' // &
+          'smallest value above 0, or the set of points another seed')
       return
     end do
   end subroutine check_snapshots
