@@ -137,8 +137,10 @@ class Fields:
 class Gradient:
     """Derivatives of an answer with respect to each parameter.
 
-    They hold as long as contacts with a force stay closed and open contacts stay open. The unit of a derivative is the
-    unit of the answer over that of the parameter. The first dimension of each array counts the parameters.
+    They hold as long as contacts with a force stay closed and open contacts stay open. Those of a hyper-reduced model
+    are the derivatives of the full-order solution at the point, by its full-order operator, and not of its own answer.
+    The unit of a derivative is the unit of the answer over that of the parameter. The first dimension of each array
+    counts the parameters.
     """
 
     #: names of the parameters, in the model's order
