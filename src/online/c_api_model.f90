@@ -74,6 +74,7 @@ contains
       call keep(handle%texts(7), '')
       call keep(handle%texts(8), '')
       call keep(handle%texts(9), model%parts(1)%reduced%kind())
+      call keep(handle%texts(10), model%validation%verdict)
       if (model%fields%is_there()) then
         call keep(handle%texts(7), model%fields%stress_unit)
         call keep(handle%texts(8), model%fields%area_unit)

@@ -17,7 +17,7 @@ module sig_c_handles
 
   ! the values of signorom_code
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
-  integer, parameter :: n_text_kinds = 9
+  integer, parameter :: n_text_kinds = 10
 
   !> A text to which C may keep a pointer as long as the object exists.
   type :: c_text_t

@@ -3,6 +3,7 @@
 
 import subprocess
 import sys
+import warnings
 
 import h5py
 import numpy as np
@@ -181,13 +182,31 @@ def test_auto_without_room_is_hyper_reduced(signorom, tmp_path):
     assert "no error_bound" in said
 
 
-def test_model_that_is_not_good_enough_is_named(signorom, tmp_path):
+def test_model_that_is_not_good_enough_is_named(signorom, post, tmp_path):
+    """By the program, and by the Python package when it opens the model."""
     deck = write_deck("small_disks", tmp_path, **{NO_LIMIT: NO_LIMIT + "\nvalidation: {accept: 1.0e-12}"})
     done = signorom.run("run", deck.name, folder=tmp_path)
     assert done.returncode == 0
     assert "NOT accepted: p95 of e_lambda_all is" in done.stderr
-    described = signorom("describe", "model.h5", folder=tmp_path / "results" / "small_disks")
+    folder = tmp_path / "results" / "small_disks"
+    described = signorom("describe", "model.h5", folder=folder)
     assert "NOT accepted: p95 of e_lambda_all is" in described
+    said = signorom.run("predict", "model.h5", "--at", "squeeze=0.2", folder=folder).stderr
+    assert "the validation of this model: NOT accepted: p95 of e_lambda_all is" in said
+    with pytest.warns(post.NotAcceptedWarning) as warned:
+        post.Model(folder / "model.h5").close()
+    assert [f"warning: {one.message}\n" for one in warned] == [said]
+    assert warned[0].filename == __file__
+    command = [sys.executable, "-m", "signorom_post", "fmu", "model.h5"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == said
+
+
+def test_accepted_model_opens_without_a_warning(post, default):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        post.Model(default[1] / "model.h5").close()
 
 
 def test_figures_of_a_condensed_model(default):

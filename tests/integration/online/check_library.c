@@ -165,6 +165,7 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_parameter(model, -1, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_parameter(model, sizes->n_parameters, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_text(model, 99) == NULL && signorom_text(NULL, 0) == NULL;
+  is_fine &= strstr(signorom_text(model, SIGNOROM_TEXT_VERDICT), "accepted: ") != NULL;
   is_fine &= signorom_get_domain_contacts(model, sizes->n_clusters, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_contact_nodes(model, 2, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_contact_nodes(model, 1, NULL, NULL, NULL, NULL) == SIGNOROM_OK;

@@ -3,7 +3,7 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
-from signorom_post.answer import Answer, Cells, Fields, ModelError, NoAnswerError
+from signorom_post.answer import Answer, Cells, Fields, ModelError, NoAnswerError, NotAcceptedWarning
 from signorom_post.answers import Answers
 from signorom_post.library import LibraryError
 from signorom_post.online import Model
@@ -24,5 +24,6 @@ __all__ = [
     "Model",
     "ModelError",
     "NoAnswerError",
+    "NotAcceptedWarning",
     "__version__",
 ]

@@ -15,6 +15,10 @@ class ModelError(InputError):
     """A model that cannot be read or cannot answer."""
 
 
+class NotAcceptedWarning(UserWarning):
+    """The validation of a model found its errors too large, or its bodies rotate too far."""
+
+
 class NoAnswerError(Exception):
     """The model has no answer at a point, or cannot give what was asked for."""
 

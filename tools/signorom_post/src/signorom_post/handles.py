@@ -3,16 +3,19 @@
 
 import os
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from ctypes import byref, c_void_p
 
-from signorom_post.answer import ModelError
+from signorom_post.answer import ModelError, NotAcceptedWarning
 from signorom_post.library import load_library, text_of
 
 # Only one thread at a time may make or free handles of the library. The lock is reentrant: while a thread holds it, the
 # garbage collector may free another model in the same thread.
 _making = threading.RLock()
+#: SIGNOROM_TEXT_VERDICT of signorom.h
+_VERDICT = 9
 
 
 class Handles:
@@ -21,7 +24,8 @@ class Handles:
     def __init__(self, path: str) -> None:
         """Opens the model file `path`; ModelError if the library cannot read it or if the model cannot answer.
 
-        LibraryError if the library is missing or cannot be used.
+        LibraryError if the library is missing or cannot be used. NotAcceptedWarning, with the sentence of the verdict
+        and the line of the caller's caller, if the validation did not accept the model.
         """
         self._lock = threading.Lock()
         self._model = c_void_p()
@@ -36,6 +40,9 @@ class Handles:
                     raise self._failure(self.library.signorom_model_message(self._model))
             with self.context():
                 pass  # making a context fails if the model cannot answer
+            verdict = text_of(self.library.signorom_text(self._model, _VERDICT))
+            if verdict.startswith("NOT accepted"):
+                warnings.warn(f"the validation of this model: {verdict}", NotAcceptedWarning, stacklevel=3)
         except BaseException:
             self.close()
             raise

@@ -47,7 +47,7 @@ class Model:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Opens a model file; ModelError if it is missing, damaged, no model, newer than the library, or cannot answer.
 
-        LibraryError if the library is missing or cannot be used.
+        LibraryError if the library is missing or cannot be used. NotAcceptedWarning if the validation was not passed.
         """
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))

@@ -2,9 +2,10 @@
 """The command `signorom-post fmu`: writes a model as an FMU (FMI 3.0) for simulators of systems."""
 
 import argparse
+import warnings
 from pathlib import Path
 
-from signorom_post.answer import ModelError, NoAnswerError
+from signorom_post.answer import ModelError, NoAnswerError, NotAcceptedWarning
 from signorom_post.errors import InputError, writing
 from signorom_post.fmu import identifier, write_fmu
 from signorom_post.library import LibraryError
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the FMU and prints its path. Returns 0.
+    """Writes the FMU and prints its path, and a warning if the validation did not accept the model. Returns 0.
 
     InputError if the model or the online library cannot be used, if --nodes is not valid, if a library that the FMU
     needs is missing, if the model has no answer in the middle of its box, where the FMU starts, or if the FMU cannot be
@@ -33,11 +34,15 @@ def run(options: argparse.Namespace) -> int:
     """
     tags = tags_of(options.nodes)
     try:
-        model = Model(options.model)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always", NotAcceptedWarning)
+            model = Model(options.model)
     except ModelError as error:
         raise InputError(options.model, str(error).removeprefix(f"{options.model}: error: ")) from error
     except LibraryError as error:
         raise InputError("signorom-post fmu", str(error)) from error
+    for warning in said:
+        options.log.note(f"warning: {warning.message}")
     with model:
         output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
         try:
