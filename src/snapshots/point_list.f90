@@ -1,18 +1,19 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Reads points from a CSV file or a pipe, as a stream or all at once. The first line names the parameters, in any order. Empty
-!> lines and lines that start with # are left out.
+!> lines and lines that start with # are left out. Names and numbers may stand in double quotes (RFC 4180).
 !>
 !> Errors, with line and column where they have a place: the file is missing, a folder, binary or cannot be read; an unknown,
 !> repeated or missing column; a line with too few or too many values; a value that is no number or outside of the box; no point at
 !> all.
 module sig_point_list
   use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use sig_csv_fields, only: split_fields, without_end
   use sig_files_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
   use sig_system, only: system_reason
   use sig_kinds, only: rk
-  use sig_text, only: are, counted, did_you_mean, join, read_real, split, string_t, to_text
+  use sig_text, only: are, counted, did_you_mean, join, read_real, string_t, to_text
   implicit none(type, external)
   private
   public :: point_list_t, read_points
@@ -224,16 +225,6 @@ contains
     has_content = len_trim(without_end(line)) > 0 .and. index(adjustl(line), '#') /= 1
   end function has_content
 
-  !> Returns the line without the carriage return at its end, which files from Windows have.
-  pure function without_end(line) result(text)
-    character(*), intent(in) :: line
-    character(:), allocatable :: text
-
-    text = line
-    if (len(text) == 0) return
-    if (text(len(text):) == achar(13)) text = text(:len(text) - 1)
-  end function without_end
-
   !> Finds which parameter each column of the line with the names holds; any order. Errors: an unknown or repeated column, a
   !> parameter without a column.
   subroutine read_header(path, i_line, line, names, columns, error)
@@ -302,6 +293,16 @@ contains
     if (n_values > n_columns .and. len(hint) == 0) hint = 'commas separate the values: write decimals with a point (0.5)'
   end function count_hint
 
+  !> Returns a hint for a text that is no number: about semicolons, tabs or a decimal comma, which can stand between quotes. Empty
+  !> for other texts.
+  pure function number_hint(word) result(hint)
+    character(*), intent(in) :: word
+    character(:), allocatable :: hint
+
+    hint = separator_hint(word)
+    if (index(word, ',') > 0 .and. len(hint) == 0) hint = 'write decimals with a point (0.5)'
+  end function number_hint
+
   subroutine read_row(path, i_line, line, names, columns, point, error, box)
     character(*), intent(in) :: path
     integer, intent(in) :: i_line
@@ -328,7 +329,7 @@ contains
       associate (word => fields(i_field)%text, i_name => columns(i_field))
         call read_real(word, point(i_name), is_valid)
         if (.not. is_valid) then
-          call make_error(error, '''' // word // ''' is not a number', path, i_line, starts(i_field), separator_hint(word))
+          call make_error(error, '''' // word // ''' is not a number', path, i_line, starts(i_field), number_hint(word))
           return
         end if
         if (.not. present(box)) cycle
@@ -339,23 +340,4 @@ contains
       end associate
     end do
   end subroutine read_row
-
-  !> Returns the texts between the commas, without blanks around them, and the column of the first character of each; for an empty
-  !> text the column behind the comma before it.
-  pure subroutine split_fields(line, fields, starts)
-    character(*), intent(in) :: line
-    type(string_t), allocatable, intent(out) :: fields(:)
-    !> 1-based
-    integer, allocatable, intent(out) :: starts(:)
-    integer :: i_field, n_before
-
-    fields = split(without_end(line), ',')
-    allocate (starts(size(fields)))
-    n_before = 0
-    do i_field = 1, size(fields)
-      starts(i_field) = n_before + max(1, verify(fields(i_field)%text, ' '))
-      n_before = n_before + len(fields(i_field)%text) + 1
-      fields(i_field)%text = trim(adjustl(fields(i_field)%text))
-    end do
-  end subroutine split_fields
 end module sig_point_list

@@ -185,6 +185,19 @@ def test_wrong_list_of_points(signorom, model_folder, content, message):
     assert re.match(message, words), words
 
 
+def test_list_with_quotes(signorom, model_folder):
+    """As write.csv of R makes it."""
+    answers = []
+    for content in (
+        "squeeze,shift\n0.2,0.1\n",
+        '"squeeze","shift"\n0.2,0.1\n',
+        '\ufeff"shift","squeeze"\r\n"0.1","0.2"\r\n',
+    ):
+        (model_folder / "points.csv").write_text(content, encoding="utf-8", newline="")
+        answers.append(signorom("predict", "model.h5", "--points", "points.csv", folder=model_folder))
+    assert answers[1:] == answers[:1] * 2
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -430,6 +430,12 @@ PLANTED = [
     ),
     # snapshots
     Planted(
+        SRC + "snapshots/csv_fields.f90",
+        "if (has_quotes .and. line(i:i) == '\"') is_inside",
+        "if (line(i:i) == '\"') is_inside",
+        "quotes count in the middle of a text, too",
+    ),
+    Planted(
         SRC + "snapshots/farthest_points.f90",
         "- place) / (box(2, :) - box(1, :)))**2)",
         "- place))**2)",
