@@ -1,12 +1,12 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Makes texts of the table of commands: --help, the manual page signorom(1), and the completion in bash.
 module sig_command_help
-  use sig_command_table, only: command_words, commands, exit_codes, file_kind_of, file_kind_t, file_kinds, option_words, options, &
-    petsc_options
+  use sig_command_table, only: command_words, commands, exit_codes, file_kind_of, file_kind_t, file_kinds, is_option_of, &
+    option_words, options, petsc_options
   use sig_text, only: join, split
   implicit none(type, external)
   private
-  public :: usage, manual_page, bash_completion
+  public :: usage, usage_of, manual_page, bash_completion
 
   character(1), parameter :: nl = new_line('a')
   integer, parameter :: text_width = 110
@@ -33,6 +33,25 @@ contains
     end do
     text = text(:len(text) - 1)
   end function usage
+
+  !> Returns the text that --help prints behind a command: what it does, and its options; without a line end at its end.
+  function usage_of(command) result(text)
+    !> of the table
+    character(*), intent(in) :: command
+    character(:), allocatable :: text
+    integer :: i
+
+    i = findloc(commands%name == command, .true., dim=1)
+    text = 'usage: signorom ' // command // ' ' // trim(commands(i)%file) // ' [options]' // nl
+    if (commands(i)%file == 'DECK') text = text // '       mpirun -n N signorom ' // command // ' DECK [options]' // nl
+    text = text // nl // row('', commands(i)%summary, 0) // nl // 'Options:' // nl
+    do i = 1, size(options)
+      if (is_option_of(options(i), command)) &
+        text = text // row(trim(options(i)%name) // ' ' // options(i)%value, options(i)%summary, 18)
+    end do
+    if (file_kinds(file_kind_of(command))%name == 'DECK') text = text // row('', petsc_options, 2)
+    text = text // nl // 'signorom --help shows all commands and the exit codes.'
+  end function usage_of
 
   !> Returns an empty line, the heading of one kind of file, and the rows of the commands that work on it, with line ends.
   function commands_on(kind) result(text)

@@ -12,6 +12,8 @@ module sig_command_line
   type :: command_t
     !> init, check, solve, sample, train, validate, run, predict, describe, help or version (also for --help, -h and --version)
     character(:), allocatable :: name
+    !> help: the command whose help is wanted; empty for that of the program
+    character(:), allocatable :: topic
     !> path of the deck, of the mesh (init) or of the model (predict, describe)
     character(:), allocatable :: file
     !> point as `a=1,b=2`; empty without --at
@@ -23,6 +25,8 @@ module sig_command_line
     character(:), allocatable :: log
     !> names of the options that were given, a blank before and after each
     character(:), allocatable :: given
+    !> --help or -h stands there
+    logical :: wants_help = .false.
     logical :: is_quiet = .false.
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
@@ -44,7 +48,7 @@ contains
   !> Errors: no command, an unknown command or option, an option of another command, an option without a value or with a wrong one,
   !> no file or a word too many, predict without exactly one of --at and --points, check with --at but without --fields, PETSc
   !> options for a command without PETSc. For help and version neither the file nor combinations are checked, but a word too many is
-  !> an error.
+  !> an error, and so is help about an unknown command.
   subroutine parse_command_line(arguments, command, error)
     !> without the name of the program
     type(string_t), intent(in) :: arguments(:)
@@ -52,7 +56,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    command = command_t(name='', file='', at='', points='', output='', log='', given=' ', petsc_options='')
+    command = command_t(name='', topic='', file='', at='', points='', output='', log='', given=' ', petsc_options='')
     i = 1
     do while (i <= size(arguments))
       associate (word => arguments(i)%text)
@@ -69,8 +73,19 @@ contains
       if (allocated(error)) return
       i = i + 1
     end do
+    if (command%wants_help .or. command%name == 'help') call ask_for_help(command)
     call check_command(command, error)
   end subroutine parse_command_line
+
+  !> Makes the command help. Its topic is the command that was given behind the word help, or before or behind --help.
+  subroutine ask_for_help(command)
+    type(command_t), intent(inout) :: command
+
+    command%topic = command%name
+    if (command%name == 'help') command%topic = command%file
+    if (command%topic == 'help' .or. command%topic == 'version') command%topic = ''
+    command%name = 'help'
+  end subroutine ask_for_help
 
   !> Makes the error of a word too many. If --at was given before and the word contains `=`, a blank probably stands between the
   !> parameters (`--at a=1 b=2`): the hint then joins the value of --at and the word by a comma.
@@ -102,7 +117,7 @@ contains
     command%given = command%given // arguments(i)%text // ' '
     select case (arguments(i)%text)
     case ('--help', '-h')
-      command%name = 'help'
+      command%wants_help = .true.
     case ('--version')
       command%name = 'version'
     case ('--quiet')
@@ -178,18 +193,19 @@ contains
     value = arguments(i)%text
   end subroutine take_value
 
-  !> Checks that the command is known and has its file, and checks its options; help and version always pass. Errors: no command, an
-  !> unknown one, no file; those of check_options.
+  !> Checks that the command is known and has its file, and checks its options. Of help only the topic is checked; version always
+  !> passes. Errors: no command, an unknown one, no file; those of check_options.
   subroutine check_command(command, error)
     type(command_t), intent(in) :: command
     type(error_t), allocatable, intent(out) :: error
 
-    if (command%name == 'help' .or. command%name == 'version') return
-    if (command%name == '') then
+    if (command%name == 'version' .or. (command%name == 'help' .and. command%topic == '')) return
+    if (command%name == 'help') then
+      if (file_kind_of(command%topic) == 0) call refuse_command(command%topic, error)
+    else if (command%name == '') then
       call make_error(error, 'no command; one of ' // join(command_words(), ', ') // ' is needed', hint=see_help)
     else if (file_kind_of(command%name) == 0) then
-      call make_error(error, 'unknown command ''' // command%name // '''; the commands are ' // join(command_words(), ', '), &
-        hint=suggestion(command%name, command_words()))
+      call refuse_command(command%name, error)
     else if (command%file == '') then
       call make_error(error, 'the command ' // command%name // ' needs ' // trim(file_kinds(file_kind_of(command%name))%text), &
         hint=see_help)
@@ -197,6 +213,15 @@ contains
       call check_options(command, error)
     end if
   end subroutine check_command
+
+  !> Makes the error of an unknown command.
+  subroutine refuse_command(name, error)
+    character(*), intent(in) :: name
+    type(error_t), allocatable, intent(out) :: error
+
+    call make_error(error, 'unknown command ''' // name // '''; the commands are ' // join(command_words(), ', '), &
+      hint=suggestion(name, command_words()))
+  end subroutine refuse_command
 
   !> Checks the options of a command. Errors: an option that the command does not have; predict without exactly one of --at and
   !> --points; options of PETSc for a command without it; check with --at but without --fields.

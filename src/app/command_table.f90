@@ -75,7 +75,8 @@ module sig_command_table
     'full-order solver that factors anew for each point'), &
     option_entry_t('--quiet', '', '', 'print only warnings, errors, and the CSV of predict'), &
     option_entry_t('--log', 'FILE', '', 'append all messages, with dates, to a file, also with --quiet'), &
-    option_entry_t('--help', '', '', 'print this text'), &
+    option_entry_t('--help', '', '', 'print this text; with a command, as in signorom predict --help, only what ' // &
+    'concerns this command'), &
     option_entry_t('--version', '', '', 'print the version')]
 
   character(*), parameter :: petsc_options = 'Options with one hyphen, such as -fom_... and -pod_..., stand after the file ' // &

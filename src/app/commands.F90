@@ -3,7 +3,7 @@
 !> Runs the command of the command line.
 module sig_commands
   use mpi, only: MPI_Comm_rank
-  use sig_command_help, only: usage
+  use sig_command_help, only: usage, usage_of
   use sig_command_line, only: command_t, parse_command_line
   use sig_check, only: check_deck
   use sig_describe, only: describe
@@ -72,7 +72,8 @@ contains
     exit_code = exit_success
     select case (command%name)
     case ('help')
-      call log_info(usage())
+      if (command%topic == '') call log_info(usage())
+      if (command%topic /= '') call log_info(usage_of(command%topic))
     case ('version')
       call log_info('signorom ' // code_version)
     case ('init')

@@ -34,6 +34,15 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
     assert signorom("-h", folder=tmp_path) == text
 
 
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_about_a_command(signorom, tmp_path, command):
+    text = signorom(command, "--help", folder=tmp_path)
+    assert text.startswith(f"usage: signorom {command} ")
+    assert "Exit codes" not in text
+    for arguments in (("--help", command), ("-h", command), ("help", command)):
+        assert signorom(*arguments, folder=tmp_path) == text
+
+
 @pytest.mark.parametrize(
     ("arguments", "message", "n_ranks"),
     on_ranks(
@@ -45,6 +54,7 @@ def test_help_names_every_command_and_exit_code(signorom, tmp_path):
             (["chekc", "a.yaml"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
             (["check", "a.yaml", "--fast"], r"error: unknown option '--fast'"),
             (["check", "a.yaml", "--quite"], r"error: unknown option '--quite'\n.*did you mean '--quiet'"),
+            (["--help", "chekc"], r"error: unknown command 'chekc'.*\n.*did you mean 'check'"),
             (["check"], r"error: the command check needs a deck"),
             (["predict"], r"error: the command predict needs a model"),
             (["check", "a.yaml", "b.yaml"], r"error: unexpected argument 'b.yaml'"),
