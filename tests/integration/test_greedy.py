@@ -214,6 +214,16 @@ def test_killed_candidates_go_on(signorom, tmp_path):
     np.testing.assert_array_equal(points_of(results), points_of(undisturbed))
 
 
+@pytest.mark.parametrize(("method", "n_notes"), [("", 1), ("method: condensed, ", 1), ("method: hhr, ", 0)])
+def test_note_that_another_kind_is_judged(signorom, tmp_path, method, n_notes):
+    """The defects are those of a hyper-reduced model, whatever the deck's own model will be."""
+    changes = greedy("indicator: defect, max_points: 4") | {"method: hhr, ": method}
+    deck = write_deck("shifted_disks", tmp_path, **changes)
+    note = "judges a hyper-reduced model of the points so far, but the model of this deck will be condensed"
+    assert signorom("sample", deck.name, folder=tmp_path).count(note) == n_notes
+    assert note not in signorom("sample", deck.name, folder=tmp_path)  # nothing is selected again
+
+
 def test_residuals_where_nothing_is_condensed(signorom, tmp_path):
     """With multigrid there is no W: the selection says that it bounds nothing, and goes on with residuals."""
     changes = greedy("indicator: defect, max_points: 6") | {

@@ -2,11 +2,14 @@
 #include "signorom/macros.h"
 !> Greedy selection of training points among the deck's candidates, in rounds. After a killed run the same command goes on.
 module sig_greedy_selection
+  use sig_condensed_plan, only: choose_model_kind
   use sig_errors, only: error_t, make_error
   use sig_full_order, only: full_order_t
   use sig_greedy_record, only: begin_selection, is_complete
   use sig_kinds, only: rk
+  use sig_log, only: log_info
   use sig_parameter_space, only: build_points
+  use sig_problem, only: problem_t
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
   use sig_selection_by_defect, only: select_by_defect
@@ -71,6 +74,7 @@ contains
     outcome%n_found = outcome%n_points
     if (allocated(error) .or. is_done) return
     if (full_order%problem%deck%greedy%indicator == 'defect') then
+      call note_other_kind(full_order%problem)
       PetscCall(select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr))
     else
       ! once the candidates are solved, to choose anew takes no time
@@ -79,4 +83,14 @@ contains
       PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))
     end if
   end subroutine select_missing
+
+  !> Notes in the log if the model of the deck will be of another kind than the one whose defects choose the points.
+  subroutine note_other_kind(problem)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: kind, reason
+
+    call choose_model_kind(problem, kind, reason)
+    if (kind /= 'hhr') call log_info('note: indicator: defect judges a hyper-reduced model of the points so far, but the ' // &
+      'model of this deck will be ' // kind // '; indicator: projection or plain points (sobol) usually take less time')
+  end subroutine note_other_kind
 end module sig_greedy_selection
