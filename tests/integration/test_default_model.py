@@ -182,6 +182,47 @@ def test_auto_without_room_is_hyper_reduced(signorom, tmp_path):
     assert "no error_bound" in said
 
 
+HANGING = {
+    "  - {boundary: top, displacement: {y: -push}}\n": "",
+    "contact:": "loads:\n  - {boundary: top, pressure: 1.0e+6 * push}\ncontact:",
+    "young_modulus: 2.0e6": "young_modulus: 2.0e+7 * push",
+}
+SMALL = {HHR: "reduction: {method: hhr, max_full_order_size: 0, ", NO_LIMIT: ""}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "reason"),
+    [
+        (
+            "patch",
+            HANGING,
+            "the stiffness depends on the parameters, and only contact holds a body; "
+            "a model with reduction.method: condensed has bounds",
+        ),
+        ("small_disks", {}, "certificate.max_error is none"),
+        ("small_disks", SMALL, "reduction.max_full_order_size is 0"),
+    ],
+    ids=["hanging", "none", "no_room"],
+)
+def test_training_says_why_there_is_no_bound(signorom, tmp_path, name, changes, reason):
+    """Once, where answers of a hyper-reduced model have no bound."""
+    deck = write_deck(name, tmp_path, **changes)
+    signorom("sample", deck.name, folder=tmp_path)
+    done = signorom.run("train", deck.name, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    said = done.stdout + done.stderr
+    assert said.count("no bound") == 1
+    assert f"answers will have no bound of their error (certificate): {reason}\n" in said
+    signorom("validate", deck.name, folder=tmp_path)
+    errors = read_table(tmp_path / "results" / name / "validation.csv")
+    assert "none" in set(errors["error_bound"])
+
+
+def test_condensed_model_of_a_hanging_body_has_bounds(signorom, tmp_path):
+    deck = write_deck("patch", tmp_path, **HANGING, **{"method: hhr": "method: condensed"})
+    assert "no error_bound" not in signorom("run", deck.name, folder=tmp_path)
+
+
 def test_model_that_is_not_good_enough_is_named(signorom, post, tmp_path):
     """By the program, and by the Python package when it opens the model."""
     deck = write_deck("small_disks", tmp_path, **{NO_LIMIT: NO_LIMIT + "\nvalidation: {accept: 1.0e-12}"})

@@ -21,6 +21,7 @@ module sig_model_building
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
+  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_refinement, only: refine, refinement_result_t
   use sig_snapshot_merge, only: candidate_store, read_spread, store_in, store_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -94,7 +95,9 @@ contains
       call fill_start_sets(model)
     end if
     model%max_error = max_error_of(full_order%problem%deck%reduction, hyper_reduced_error)
-    if (model%has_fallback .or. allocated(error) .or. model%max_error <= 0) return
+    if (allocated(error)) return
+    call say_why_no_bound(full_order%problem, model)
+    if (model%has_fallback .or. model%max_error <= 0) return
     if (full_order%problem%has_fixed_stiffness) then
       PetscCall(add_certificates(full_order, model, ierr))
     else
@@ -102,6 +105,31 @@ contains
         'there is no fallback')
     end if
   end subroutine build_model
+
+  !> Says in the log why the answers of a hyper-reduced model will have no bound of their error: the deck wants none; or the model
+  !> has a fallback, but this cannot bound foreign forces (certify_foreign in sig_reduced_interpolated). The training of the parts
+  !> tells other reasons.
+  subroutine say_why_no_bound(problem, model)
+    type(problem_t), intent(in) :: problem
+    !> with the fallback, if there is one, and max_error
+    type(model_t), intent(in) :: model
+    character(*), parameter :: no_bound = 'answers will have no bound of their error (certificate): '
+    integer :: i_fallback
+
+    if (model%n_multipliers == 0) return
+    if (model%max_error <= 0) then
+      call log_info(no_bound // 'certificate.max_error is none')
+    else if (model%has_fallback) then
+      i_fallback = model%fallback()
+      select type (part => model%parts(i_fallback)%reduced)
+      type is (reduced_interpolated_t)
+        if (part%has_bound() .and. size(part%anchors) > 0) call log_warning(no_bound // 'the stiffness depends on the ' // &
+          'parameters, and only contact holds a body; a model with reduction.method: condensed has bounds')
+      end select
+    else if (problem%has_fixed_stiffness .and. problem%deck%reduction%max_full_order_size <= 0) then
+      call log_info(no_bound // 'reduction.max_full_order_size is 0')
+    end if
+  end subroutine say_why_no_bound
 
   !> Computes the elastic responses to the lifted terms again if the snapshots have fewer of them, as those of an earlier version
   !> do; all dofs of them are on each rank afterwards. Collective on all ranks. Errors: the responses could not be solved for.
