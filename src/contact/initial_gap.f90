@@ -2,12 +2,14 @@
 !> Gaps that the deck gives, by an expression or by a rigid obstacle, in place of the distances between the nodes.
 module sig_initial_gap
   use sig_deck_config, only: contact_config_t, value_config_t
-  use sig_errors, only: error_t
+  use sig_errors, only: error_t, make_error
+  use sig_expression, only: max_composed
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_node_pairs, only: node_pairs_t
   use sig_obstacle_gap, only: obstacle_gap
   use sig_term_set, only: term_set_t
+  use sig_text, only: to_text
   use sig_value_terms, only: split_sum, value_terms_t
   implicit none(type, external)
   private
@@ -18,7 +20,7 @@ contains
   !> Sets the gaps of the entries with an obstacle or with a gap in the deck, at the coordinates of the first nodes. The gaps of the
   !> other entries, which the mesh gives, remain. Requires: the gap_factors of the entries are 0 or not there yet.
   !>
-  !> Errors: those of split_sum, such as a gap that is not finite at a node.
+  !> Errors: those of split_sum, such as a gap that is not finite at a node; expressions of an obstacle that are too long together.
   subroutine set_initial_gaps(mesh, contact, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     !> entries of the deck's contact section
@@ -39,7 +41,10 @@ contains
         pairs%initial_gap(members) = 0
         if (contact(i_entry)%has_obstacle) then
           call obstacle_gap(contact(i_entry), terms%coordinate_names, shape, shift)
-          call add_gap(mesh, members, shift, deck_path, terms, pairs, error)
+          shape%name = 'gap of contact[' // to_text(i_entry) // '], ' // contact(i_entry)%obstacle%type // ','
+          if (len(shape%text) > max_composed) call make_error(error, 'the expressions of this obstacle are too long', deck_path, &
+            shape%line, shape%column, 'shorten them; the gap of a sphere contains its center and radius several times')
+          if (.not. allocated(error)) call add_gap(mesh, members, shift, deck_path, terms, pairs, error)
           if (.not. allocated(error)) call add_gap(mesh, members, shape, deck_path, terms, pairs, error)
         else
           call add_gap(mesh, members, contact(i_entry)%initial_gap, deck_path, terms, pairs, error)

@@ -2,8 +2,16 @@
 !> The gap between a place and a rigid obstacle along the contact direction, written as an expression.
 !>
 !> With d the unit direction, c a point of the half space's face or the sphere's center, and s the distance of the place x from the
-!> line through c along d: gap = (c - x) . d, for a sphere less sqrt(max(R^2 - s^2, 0)). Beyond its equator, s > R, a sphere so
-!> continues as the plane through its equator: it acts as a hemispherical punch.
+!> line through c along d: gap = (c - x) . d, for a sphere less sqrt(R^2 - s^2). Beyond its equator, s > R, a sphere continues as
+!> the plane through its equator: it acts as a hemispherical punch.
+!>
+!> At the equator the root has an infinite slope. So that a gap has a finite one over each parameter, the last tenth of the height
+!> over the plane is a wave. With t = 1 - (s / R)^2 and e = 0.1 this height is
+!>   R sqrt(t)                                                     where t > e^2, which is s < 0.995 R
+!>   R e (1 - cos(k max(t - t0, 0) / (e^2 - t0))) / (1 - cos k)    elsewhere, t0 = 0.002; 0 where s > 0.999 R
+!> With tan(k / 2) = 2 k e^2 / (e^2 - t0) its value and slope over t at t = e^2 are those of the root, e R and R / (2 e); at t = t0
+!> both are 0. t0 is not 0 so that a node at s = R is far from both ends of the wave. The height is that of the root or less, by up
+!> to 0.053 R, so that nothing interferes that would not without the wave.
 module sig_obstacle_gap
   use sig_deck_config, only: contact_config_t, value_config_t
   use sig_kinds, only: rk
@@ -14,6 +22,11 @@ module sig_obstacle_gap
 
   !> [-] a component of the direction below this is rounding
   real(rk), parameter :: smallest_component = 1.0e-12_rk
+  !> e^2, t0, e / (1 - cos k) and k / (e^2 - t0) for e = 0.1, as texts
+  character(*), parameter :: wave_start = '0.01'
+  character(*), parameter :: wave_end = '0.002'
+  character(*), parameter :: wave_height = '0.050975268970648836'
+  character(*), parameter :: wave_number = '358.00805906085446'
 
 contains
 
@@ -65,8 +78,8 @@ contains
     sum%uses_parameters = sum%uses_parameters .or. value%uses_parameters
   end subroutine add_product
 
-  !> shape = shape - sqrt(max(R^2 - s^2, 0)), where s^2 sums the squares of q - (q . d) d, q = x - c. Sets shape%uses_parameters:
-  !> whether R does, or a component of c that is not along d.
+  !> shape = shape - height over the plane through the equator, of R^2 - s^2, where s^2 sums the squares of q - (q . d) d with
+  !> q = x - c. Sets shape%uses_parameters: whether R does, or a component of c that is not along d.
   pure subroutine take_off_cap(contact, direction, coordinate_names, shape)
     type(contact_config_t), intent(in) :: contact
     !> [-] unit vector d
@@ -95,9 +108,22 @@ contains
         end if
         shape%uses_parameters = shape%uses_parameters .or. sphere%place(i)%uses_parameters
       end do
-      shape%text = shape%text // ' - sqrt(max(' // squared // ', 0))'
+      shape%text = shape%text // ' - ' // height_over_plane(squared, '(' // sphere%radius%text // ')')
     end associate
   end subroutine take_off_cap
+
+  !> Returns the height of the sphere over the plane through its equator, as a text.
+  pure function height_over_plane(squared, radius) result(text)
+    !> R^2 - s^2, a sum without parentheses around it
+    character(*), intent(in) :: squared
+    !> R, in parentheses
+    character(*), intent(in) :: radius
+    character(:), allocatable :: text
+
+    text = '(' // squared // ' > ' // wave_start // '*' // radius // '^2 ? sqrt(' // squared // ') : ' // &
+      wave_height // '*' // radius // '*(1 - cos(' // wave_number // '*max((' // squared // ')/' // radius // '^2 - ' // &
+      wave_end // ', 0))))'
+  end function height_over_plane
 
   !> Returns a factor as a text, such as `(0.6)*`.
   pure function factor(number) result(text)

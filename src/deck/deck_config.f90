@@ -12,7 +12,6 @@ module sig_deck_config
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact if facets differ in size
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
-
   !> largest number of parameters for which sobol.f90 has direction numbers
   integer, parameter, public :: max_sobol_parameters = 10
 
@@ -27,6 +26,8 @@ module sig_deck_config
   type :: value_config_t
     !> text for muParser; a number is written so that it reads back the same
     character(:), allocatable :: text
+    !> what messages call the value at a node, where the program has written the text; not allocated: the text
+    character(:), allocatable :: name
     !> whether the text contains neither parameters nor coordinates
     logical :: is_constant = .true.
     logical :: uses_parameters = .false.

@@ -110,7 +110,7 @@ contains
     integer :: i
     logical :: is_valid
 
-    call expression%create(value%text, terms%coordinate_names, message)
+    call expression%create(value%text, terms%coordinate_names, message, is_composed=.true.)
     do i = 1, size(nodes)
       call expression%evaluate(mesh%coordinates(:, nodes(i)), values(i), is_valid)
       if (is_valid) cycle
@@ -131,10 +131,13 @@ contains
     integer, intent(inout) :: term_of_node(:)
     type(string_t) :: names(size(nodes))
     type(term_source_t) :: source
+    character(:), allocatable :: name
     integer :: i
 
+    name = value%text
+    if (allocated(value%name)) name = value%name
     do i = 1, size(nodes)
-      names(i)%text = value%text // ' at node ' // to_text(mesh%node_tags(nodes(i)))
+      names(i)%text = name // ' at node ' // to_text(mesh%node_tags(nodes(i)))
     end do
     call terms%add_terms(names, term_of_node)
     source%kind = source_places

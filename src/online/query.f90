@@ -9,7 +9,8 @@ module sig_query
   use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_large_bound
   use sig_reduced, only: neighbors_t, reduced_t
   use sig_rooms, only: rooms_t
-  use sig_term_derivatives, only: differentiate_terms
+  use sig_term_derivatives, only: differentiate_terms, term_failure_t
+  use sig_term_set, only: term_set_t
   use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
@@ -102,23 +103,40 @@ contains
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
     logical :: is_kink(size(point))
-    integer :: i_failed
+    type(term_failure_t) :: failure
 
     call choose_answer(self, online, point, answer, gradient%answer)
     gradient%direction = direction
     gradient%lengths = online%lengths_at(point)
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
-    call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, i_failed)
-    if (i_failed > 0) then
-      message = 'there is no derivative: as ''' // &
-        online%model%terms%parameter_names(i_failed)%text // ''' passes this point, a load or an expression of the deck ' // &
-        'jumps, has no finite slope, or has no value on the side of this direction; the other direction may have a derivative'
+    call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, failure)
+    if (failure%i_parameter > 0) then
+      call explain(online%model%terms, failure, message)
       return
     end if
     gradient%is_one_sided = is_kink
     call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
   end subroutine differentiate
+
+  !> Says which term or source has no derivative, and over which parameter.
+  pure subroutine explain(terms, failure, message)
+    type(term_set_t), intent(in) :: terms
+    type(term_failure_t), intent(in) :: failure
+    character(:), allocatable, intent(out) :: message
+
+    message = 'there is no derivative: as ''' // terms%parameter_names(failure%i_parameter)%text // ''' passes this point, '''
+    if (failure%i_source > 0) then
+      associate (source => terms%sources(failure%i_source))
+        message = message // source%text // ''''
+        if (len(source%minimum) + len(source%maximum) > 0) message = message // ', or a bound of its window,'
+      end associate
+      message = message // ' has no value on the side of this direction'
+    else
+      message = message // terms%names(failure%i_term)%text // ''' jumps or has no finite slope'
+    end if
+    message = message // '; the other direction may have a derivative'
+  end subroutine explain
 
   !> Chooses the answer to differentiate: `answer` if the part that answered is exact, if the model has no fallback, or if the
   !> fallback has no answer at the point; otherwise the answer of the fallback, without bounds. A hyper-reduced answer has an error

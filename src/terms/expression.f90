@@ -7,7 +7,7 @@ module sig_expression
   use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
-  public :: expression_t, function_names, is_function_name, is_identifier
+  public :: expression_t, function_names, is_function_name, is_identifier, max_composed
 
   !> the codes of include/signorom/expression.h
   enum, bind(c)
@@ -17,8 +17,11 @@ module sig_expression
   !> [characters] room for the word that muParser complains about and for its message
   integer, parameter :: max_message = 256
 
-  !> [characters] most in one expression: muParser writes its messages into a fixed buffer of 2048 bytes without a check
+  !> [characters] most in one expression of the deck
   integer, parameter :: max_expression = 1000
+  !> [characters] most in one that the program composes of those of the deck. muParser writes its messages, up to 120 characters
+  !> and a piece of the expression, into a fixed buffer of 2048 bytes without a check.
+  integer, parameter :: max_composed = 1900
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
 
@@ -44,10 +47,10 @@ contains
 
   !> Compiles a text that may contain the variables in `names`.
   !>
-  !> Errors: message is allocated when the text is blank, longer than 1000 characters, not a valid expression with one value, has a
-  !> variable whose name is not allowed, or when memory is short. It says what is wrong, and where in the text if this is known.
-  !> Then nothing is compiled.
-  subroutine create(this, text, names, message)
+  !> Errors: message is allocated when the text is blank, longer than 1000 characters (composed: 1900), not a valid expression with
+  !> one value, has a variable whose name is not allowed, or when memory is short. It says what is wrong, and where in the text if
+  !> this is known. Then nothing is compiled.
+  subroutine create(this, text, names, message, is_composed)
     !> what was compiled before is freed
     class(expression_t), intent(inout) :: this
     character(*), intent(in) :: text
@@ -55,16 +58,20 @@ contains
     type(string_t), intent(in) :: names(:)
     !> why the text was refused
     character(:), allocatable, intent(out) :: message
+    !> the program has composed the text of expressions of the deck; default: false
+    logical, intent(in), optional :: is_composed
     character(max_message) :: token, sentence
     integer(c_int) :: code, position
-    integer :: i
+    integer :: i, longest
 
     call this%destroy()
+    longest = max_expression
+    if (present(is_composed)) longest = merge(max_composed, max_expression, is_composed)
     if (len_trim(text) == 0) then
       message = 'the expression is empty'
       return
-    else if (len(text) > max_expression) then
-      message = 'the expression is longer than ' // to_text(max_expression) // ' characters'
+    else if (len(text) > longest) then
+      message = 'the expression is longer than ' // to_text(longest) // ' characters'
       return
     end if
     this%n_values = size(names)

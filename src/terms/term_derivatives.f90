@@ -14,7 +14,7 @@ module sig_term_derivatives
   use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
-  public :: differentiate_terms
+  public :: differentiate_terms, term_failure_t
 
   !> [-] steps as fractions of a side of the box; they are tried in this order
   real(rk), parameter :: steps(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 1.0e-6_rk]
@@ -23,12 +23,22 @@ module sig_term_derivatives
   !> [-] rounding error of the value of a term, relative to its size from term_values_t%scales
   real(rk), parameter :: rounding = 1.0e-14_rk
 
+  !> What has no derivative; all numbers are 1-based.
+  type :: term_failure_t
+    !> first parameter over which a term has none; 0 = there is none
+    integer :: i_parameter = 0
+    !> first term that jumps or has an infinite slope; 0 if a value is missing
+    integer :: i_term = 0
+    !> source that has no finite value beside the point; 0 = none
+    integer :: i_source = 0
+  end type term_failure_t
+
 contains
 
   !> Computes the derivatives of all terms with respect to all parameters at one point.
   !>
-  !> If some derivative does not exist, i_failed is not 0, and `derivatives` is of no use.
-  subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, i_failed)
+  !> If some derivative does not exist, failure%i_parameter is not 0, and `derivatives` is of no use.
+  subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, failure)
     type(term_values_t), intent(inout) :: terms
     !> values of the parameters, shape (n_parameters); all terms must have finite values there
     real(rk), intent(in) :: point(:)
@@ -42,23 +52,22 @@ contains
     real(rk), contiguous, intent(inout) :: derivatives(:, :)
     !> whether some term has different slopes on both sides, or lacks a slope on one or both; shape (n_parameters)
     logical, intent(out) :: is_kink(:)
-    !> first parameter, 1-based, for which a term has no derivative towards `direction`, because the term jumps, has an infinite
-    !> slope, or has no finite value beside the point; 0 = none
-    integer, intent(out) :: i_failed
+    !> the first parameter over which a term has no derivative towards `direction`, because the term jumps, has an infinite slope,
+    !> or has no finite value beside the point
+    type(term_failure_t), intent(out) :: failure
+    type(term_failure_t) :: found
     integer :: i
-    logical :: is_found
 
-    i_failed = 0
     is_kink = .false.
     do i = 1, size(point)
-      call differentiate(terms, point, theta, i, lengths(i), direction, derivatives(:, i), is_kink(i), is_found)
-      if (.not. is_found .and. i_failed == 0) i_failed = i
+      call differentiate(terms, point, theta, i, lengths(i), direction, derivatives(:, i), is_kink(i), found)
+      if (found%i_parameter > 0 .and. failure%i_parameter == 0) failure = found
     end do
   end subroutine differentiate_terms
 
-  !> Computes the derivatives of all terms with respect to one parameter. is_found: all of them exist; is_kink: see take_limits.
+  !> Computes the derivatives of all terms with respect to one parameter. is_kink: see take_limits; failure: one does not exist.
   !> Other arguments as in differentiate_terms.
-  subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, is_found)
+  subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, failure)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: theta(:)
@@ -68,37 +77,40 @@ contains
     !> [per unit of the parameter] shape (n_terms)
     real(rk), contiguous, intent(inout) :: slopes(:)
     logical, intent(out) :: is_kink
-    logical, intent(out) :: is_found
+    type(term_failure_t), intent(out) :: failure
     real(rk) :: values(size(slopes), -2:2), sides(size(slopes), -1:1, size(steps))
     real(rk), dimension(size(slopes)) :: noise, scales
-    logical :: has_side(-1:1), is_open(size(slopes)), is_same(size(slopes))
-    integer :: i
+    logical :: is_open(size(slopes)), is_same(size(slopes))
+    integer :: i, i_term, missing(-1:1)
 
     values(:, 0) = theta
     is_open = .true.
     scales = 0
     do i = 1, size(steps)
-      call evaluate_beside(terms, point, i_parameter, steps(i) * length, values, has_side)
+      call evaluate_beside(terms, point, i_parameter, steps(i) * length, values, missing)
       scales = max(scales, terms%scales(maxval(abs(values), dim=2)))
       noise = rounding * scales / (steps(i) * length)
       sides(:, -1, i) = slope_of_side(values, -1, steps(i) * length)
       sides(:, 1, i) = slope_of_side(values, 1, steps(i) * length)
       sides(:, 0, i) = central_slope(values, steps(i) * length)
       is_same = are_same(sides(:, :, i), noise)
-      if (.not. (has_side(-1) .and. has_side(1))) is_same = .false.
+      if (any(missing > 0)) is_same = .false.
       where (is_open .and. is_same) slopes = sides(:, 0, i)
       is_open = is_open .and. .not. is_same
       if (.not. any(is_open)) exit
     end do
     is_kink = .false.
-    is_found = .true.
-    if (any(is_open)) call take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
+    if (.not. any(is_open)) return
+    call take_limits(sides, missing == 0, noise, is_open, direction, slopes, is_kink, i_term)
+    if (i_term == 0) return
+    failure%i_parameter = i_parameter
+    failure%i_source = missing(direction)
+    if (failure%i_source == 0) failure%i_term = i_term
   end subroutine differentiate
 
   !> Sets the slopes that are still open: the mean of the limits on both sides where both exist and differ by at most 1e-6 of the
-  !> larger one plus `noise`, else the limit on the side `direction`. is_kink: the second case occurs; is_found: no limit is missing
-  !> that is needed.
-  pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, is_found)
+  !> larger one plus `noise`, else the limit on the side `direction`. is_kink: the second case occurs.
+  pure subroutine take_limits(sides, has_side, noise, is_open, direction, slopes, is_kink, i_failed)
     !> slopes below, central slopes and slopes above at all steps, shape (n_terms, 3, n_steps)
     real(rk), intent(in) :: sides(:, -1:, :)
     !> whether the terms have finite values below and above at the last step
@@ -111,7 +123,8 @@ contains
     !> in: slopes of the terms that are not open; out: all
     real(rk), intent(inout) :: slopes(:)
     logical, intent(out) :: is_kink
-    logical, intent(out) :: is_found
+    !> first term without a limit that is needed, 1-based; 0 = none
+    integer, intent(out) :: i_failed
     real(rk) :: limits(size(slopes), -1:1)
     logical :: has_limit(size(slopes), -1:1), is_smooth(size(slopes))
     integer :: side
@@ -128,7 +141,7 @@ contains
     end associate
     where (is_open .and. .not. is_smooth) slopes = limits(:, direction)
     is_kink = any(is_open .and. .not. is_smooth)
-    is_found = all(has_limit(:, direction) .or. is_smooth .or. .not. is_open)
+    i_failed = findloc(is_open .and. .not. (has_limit(:, direction) .or. is_smooth), .true., dim=1)
   end subroutine take_limits
 
   !> Extrapolates the slopes of one side to the step 0. Their errors are of second order, and the last step is a tenth of the one
@@ -153,30 +166,30 @@ contains
   end subroutine find_limits
 
   !> Evaluates the terms at the steps -2, -1, 1 and 2 from the point, along one parameter. The values at 0 stay as they are.
-  subroutine evaluate_beside(terms, point, i_parameter, step, values, has_side)
+  subroutine evaluate_beside(terms, point, i_parameter, step, values, missing)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     integer, intent(in) :: i_parameter
     !> [unit of the parameter] > 0
     real(rk), intent(in) :: step
-    !> shape (n_terms, 5); zero on a side where has_side is false
+    !> shape (n_terms, 5); zero on a side where a value is missing
     real(rk), contiguous, intent(inout) :: values(:, -2:)
-    !> whether all terms have finite values on the side -1 and on the side 1
-    logical, intent(out) :: has_side(-1:)
+    !> first source without a finite value on the side -1 and on the side 1, 1-based; 0 = none
+    integer, intent(out) :: missing(-1:)
     real(rk) :: place(size(point))
     integer :: i, i_source
     logical :: is_valid
 
-    has_side = .true.
+    missing = 0
     do i = -2, 2
       if (i == 0) cycle
       place = point
       place(i_parameter) = point(i_parameter) + i * step
       call terms%evaluate(place, values(:, i), is_valid, i_source)
-      if (.not. is_valid) has_side(sign(1, i)) = .false.
+      if (.not. is_valid) missing(sign(1, i)) = i_source
     end do
-    if (.not. has_side(-1)) values(:, -2:-1) = 0
-    if (.not. has_side(1)) values(:, 1:2) = 0
+    if (missing(-1) > 0) values(:, -2:-1) = 0
+    if (missing(1) > 0) values(:, 1:2) = 0
   end subroutine evaluate_beside
 
   !> Whether the slopes of both sides differ from the central slope by at most 1e-6 of the larger one plus `noise`, for each term.

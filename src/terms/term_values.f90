@@ -87,7 +87,7 @@ contains
     else
       allocate (names, source=[terms%parameter_names, terms%coordinate_names])
     end if
-    call handles%value%create(source%text, names, message)
+    call handles%value%create(source%text, names, message, is_composed=.true.)
     if (allocated(message)) then
       message = 'the term ''' // source%text // ''' of the model: ' // message
       return

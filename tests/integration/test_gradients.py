@@ -5,8 +5,9 @@ import re
 
 import numpy as np
 import pytest
+import yaml
 
-from block_meshes import stacked_blocks
+from block_meshes import Mesh, stacked_blocks
 from decks import copy_deck
 from results import read_snapshots
 from runs import HERE
@@ -33,6 +34,21 @@ boundary_conditions:
   - {boundary: top, displacement: {x: 0, y: "-stroke"}}
 contact: [{first: lower_face, second: upper_face, initial_gap: gap}]
 training: {grid: {stroke: 3, gap: 3}}
+"""
+
+# nodes of the face are 1/16 apart
+ROLLER = """\
+title: A block under a roller that travels
+mesh: {file: block.msh, model: plane_strain}
+parameters:
+  x0: {min: 0.2, max: 0.8, unit: m}
+  radius: {min: 0.4, max: 0.6, unit: m}
+  depth: {min: 0.01, max: 0.03, unit: m}
+materials: {all: {regions: [block], young_modulus: 100.0, poisson_ratio: 0.3}}
+boundary_conditions: [{boundary: bottom, displacement: {x: 0, y: 0}}]
+contact:
+  - {first: face, obstacle: {type: sphere, center: [x0, radius - depth], radius: radius}, direction: [0, 1]}
+training: {grid: {x0: 3, radius: 2, depth: 2}}
 """
 
 CORE_AND_RIM = """\
@@ -90,6 +106,21 @@ CASES = {
         "hhr",
     ),
 }
+
+
+def write_roller(folder, changes):
+    """A roller on a block, 1 wide and 1 high."""
+    across = np.linspace(0, 1, 17)
+    mesh = Mesh()
+    mesh.add_block("block", [across, across - 1], "Q4", {(1, 0): "bottom", (1, 1): "face"})
+    mesh.write(folder / "block.msh")
+    text = ROLLER
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    deck = folder / "roller.yaml"
+    deck.write_text(text)
+    return deck
 
 
 def trained(signorom, post, deck):
@@ -250,6 +281,49 @@ def test_one_sided_where_a_load_is_rounding(signorom, post, tmp_path, changes, m
         assert grazing.backward_gradient.forces[stroke, 0, 1] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("direction", ["[0, 1]", "[0.28, 0.96]"])
+def test_nodes_at_the_radius_of_a_sphere(signorom, post, tmp_path, direction):
+    """Along the direction some nodes are as far aside as the radius: there the sphere has an infinite slope.
+
+    No force is near them. Each x0 has a node whose distance from the line through the center along the direction is the
+    radius.
+    """
+    deck = write_roller(tmp_path, {"direction: [0, 1]": f"direction: {direction}"})
+    names, lengths = ["x0", "radius", "depth"], [0.6, 0.2, 0.02]
+    along = np.array(yaml.safe_load(direction))
+    radius, depth = 0.5, 0.022
+    with trained(signorom, post, deck) as model:
+        for i, node in enumerate((0.75, 1.0, 0.125)):
+            # (x - c) across = +-R, where c = (x0, R - depth) and x = (node, 0)
+            across = np.array([along[1], -along[0]])
+            side = np.sign(node - 0.5)
+            x0 = node - (side * radius + (radius - depth) * across[1]) / across[0]
+            x0 = float(np.round(x0, 12))
+            assert 0.2 < x0 < 0.8
+            point = np.array([x0, radius, depth])
+            distance = abs((np.array([node, 0]) - [x0, radius - depth]) @ across)
+            assert distance == pytest.approx(radius, rel=1e-11)
+            answer = model.query(**dict(zip(names, point, strict=True)))
+            assert (answer.multipliers > 0).sum() >= 2
+            (tmp_path / f"beside_{i}").mkdir()
+            (tmp_path / f"beside_{i}" / "block.msh").write_bytes((tmp_path / "block.msh").read_bytes())
+            forces, _ = full_order_differences(
+                signorom, deck, tmp_path / f"beside_{i}", names, point, lengths
+            )
+            for gradient in (answer.gradient, answer.backward_gradient):
+                assert not gradient.is_one_sided.any()
+                assert gradient.n_grazing == 0
+                assert_close(gradient.multipliers, forces, lengths, answer.multipliers)
+
+
+def test_refusal_names_the_contact(signorom, post, tmp_path):
+    """The roller jumps."""
+    deck = write_roller(tmp_path, {"[x0, radius": '["x0 > 0.5 ? 0.6 : x0", radius'})
+    sentence = r"as 'x0' passes this point, 'gap of contact\[1\], sphere, at node \d+' jumps"
+    with trained(signorom, post, deck) as model, pytest.raises(post.NoAnswerError, match=sentence):
+        _ = model.query(x0=0.5, radius=0.5, depth=0.022).gradient
+
+
 def test_answers_without_derivatives(signorom, post, tmp_path):
     """A hyper-reduced answer alone, and a load that jumps at the point: a sentence says why."""
     deck = copy_deck(INPUT / "half_disks.yaml", tmp_path)
@@ -261,8 +335,9 @@ def test_answers_without_derivatives(signorom, post, tmp_path):
     stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
     deck = tmp_path / "blocks.yaml"
     deck.write_text(BLOCKS.replace('"-stroke"', '"stroke > 0.01 ? -stroke : 0"'))
+    sentence = r"as 'stroke' passes this point, 'stroke > 0.01 \? -stroke : 0' jumps"
     with trained(signorom, post, deck) as model:
-        with pytest.raises(post.NoAnswerError, match="as 'stroke' passes this point, a load"):
+        with pytest.raises(post.NoAnswerError, match=sentence):
             _ = model.query(stroke=0.01, gap=0.005).gradient
         np.testing.assert_allclose(
             model.query(stroke=0.0101, gap=0.005).gradient.forces[:, 0, 1],

@@ -136,3 +136,16 @@ def test_direction_far_from_the_normals_is_noted(signorom, tmp_path, direction, 
     note = f"note: contact[1]: the direction is {angle} degrees or more from the normals of 'top'"
     assert (note in done.stdout) == (angle is not None)
     assert ("the direction is" in done.stdout) == (angle is not None)
+
+
+def test_sphere_with_long_expressions(signorom, tmp_path):
+    """Its gap is a text that contains them several times; of one that is too long a sentence says so."""
+    obstacle = "{{type: sphere, center: [{x}, 9 - squeeze], radius: 8}}"
+    sphere = f"  - {{{{first: lower_arc, obstacle: {obstacle}, direction: [3, 4]}}}}"
+    for n_zeros, exit_code in ((25, 0), (400, 2)):
+        planes = PLANES.splitlines()
+        planes[0] = sphere.format(x='"squeeze' + "+0" * n_zeros + '"')
+        deck = write_deck("small_disks", tmp_path, **{**MOVING_PLANES, PAIRS: "\n".join(planes)})
+        done = signorom.run("sample", deck, folder=tmp_path)
+        assert done.returncode == exit_code, done.stderr
+    assert "the expressions of this obstacle are too long" in done.stderr

@@ -336,6 +336,12 @@ PLANTED = [
         "verification.test_(sphere|obstacles)|integration.test_obstacles",
     ),
     Planted(
+        SRC + "contact/obstacle_gap.f90",
+        "wave_start = '0.01'",
+        "wave_start = '0.02'",
+        "a sphere goes over into the plane around it with a jump",
+    ),
+    Planted(
         SRC + "contact/initial_gap.f90",
         "pairs%initial_gap(member) = pairs%initial_gap(member) + factor",
         "pairs%initial_gap(member) = factor",
