@@ -13,7 +13,9 @@ import pytest
 from fmpy.fmi3 import FMU3Slave
 from fmpy.validation import validate_fmu
 
+from block_meshes import stacked_blocks
 from runs import HERE, train_shifted_disks
+from test_gradients import BLOCKS
 
 pytestmark = pytest.mark.slow
 
@@ -65,6 +67,7 @@ def unit(model_file, library):
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == [str(output)]
+    assert not done.stderr
     return output
 
 
@@ -219,6 +222,23 @@ def test_foreign_token_and_damaged_model_are_refused(folder):
     with pytest.raises(Exception, match="Failed to instantiate"):
         instance.start()
     assert any("model.h5" in sentence for sentence in instance.said)
+
+
+def test_unit_without_derivatives_is_said(signorom, library, tmp_path):
+    """A load that jumps in the middle of the box: the unit is there, and a warning says why it has no derivatives."""
+    stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
+    deck = tmp_path / "blocks.yaml"
+    deck.write_text(BLOCKS.replace('"-stroke"', '"stroke > 0.01 ? -stroke : 0"'))
+    for command in ("sample", "train"):
+        signorom(command, deck.name, folder=tmp_path)
+    made = tmp_path / "blocks.fmu"
+    done = run_post(library, "fmu", "results/blocks/model.h5", "--output", made, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == [str(made)]
+    assert done.stderr.startswith(f"{made}: warning: the FMU has no derivatives, because the model has none")
+    assert "as 'stroke' passes this point, 'stroke > 0.01 ? -stroke : 0' jumps" in done.stderr
+    text = zipfile.ZipFile(made).read("modelDescription.xml").decode()
+    assert text.count('providesDirectionalDerivatives="false"') == 2
 
 
 def test_unit_carries_its_libraries(unit, model, tmp_path):

@@ -46,8 +46,8 @@ class Output:
     component: int = 0
 
 
-def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
-    """Writes the FMU `output` of a model whose file is `path`.
+def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> str:
+    """Writes the FMU `output` of a model whose file is `path`; returns why it has no derivatives, empty if it has them.
 
     Its outputs are area, force and moment of each contact of the deck, the displacements of the nodes `tags` (numbers
     of the mesh file), the relative bound of the error of the contact forces if the model gives one in the middle of its
@@ -61,9 +61,10 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
     outputs = outputs_of(model, tags)
     name = identifier(model.title)
     libraries = libraries_of_unit()
+    refusal = refusal_of_gradient(model)
     partial = output.with_name(output.name + ".partial")
     with zipfile.ZipFile(partial, "w", zipfile.ZIP_DEFLATED) as unit:
-        unit.writestr("modelDescription.xml", description(model, name, token, outputs))
+        unit.writestr("modelDescription.xml", description(model, name, token, outputs, not refusal))
         unit.writestr("resources/model.h5", content)
         unit.writestr("resources/outputs.txt", table(token, nodes, outputs))
         unit.writestr("documentation/index.html", documentation(model))
@@ -71,6 +72,7 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> None:
         for target, source in libraries.items():
             unit.write(source, f"binaries/{PLATFORM}/{target.format(name=name)}")
     partial.replace(output)
+    return refusal
 
 
 def identifier(text: str) -> str:
@@ -147,13 +149,13 @@ def middle(model: Model) -> dict[str, float]:
     return {p.name: p.minimum + (p.maximum - p.minimum) / 2 for p in model.parameters}
 
 
-def has_gradient(model: Model) -> bool:
-    """Returns whether the model has an answer and its derivatives in the middle of its box, where the FMU starts."""
+def refusal_of_gradient(model: Model) -> str:
+    """Returns why the model has no derivatives in the middle of its box, where the FMU starts; empty if it has them."""
     try:
         _ = model.query(nodes=[], **middle(model)).gradient
-    except NoAnswerError:
-        return False
-    return True
+    except NoAnswerError as error:
+        return str(error)
+    return ""
 
 
 def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
@@ -169,10 +171,11 @@ def table(token: str, nodes: list[int], outputs: list[Output]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def description(model: Model, name: str, token: str, outputs: list[Output]) -> bytes:
+def description(model: Model, name: str, token: str, outputs: list[Output], has_gradient: bool) -> bytes:
     """Returns the content of modelDescription.xml.
 
     `name` is the identifier of the FMU, `token` the checksum of the model file, `outputs` those of `outputs_of`.
+    `has_gradient` tells whether the FMU provides derivatives.
     """
     n_inputs = len(model.parameters)
     root = ET.Element(
@@ -184,7 +187,7 @@ def description(model: Model, name: str, token: str, outputs: list[Output]) -> b
         generationTool=f"signorom-post {__version__}",
         license="BSD-3-Clause (the binary); the model belongs to who made it",
     )
-    differentiates = str(has_gradient(model)).lower()
+    differentiates = str(has_gradient).lower()
     flags = {
         "modelIdentifier": name,
         "canGetAndSetFMUState": "true",

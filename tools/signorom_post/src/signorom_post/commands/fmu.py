@@ -26,7 +26,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the FMU and prints its path, and a warning if the validation did not accept the model. Returns 0.
+    """Writes the FMU and prints its path. Returns 0.
+
+    Warns if the validation did not accept the model, and if the FMU has no derivatives.
 
     InputError if the model or the online library cannot be used, if --nodes is not valid, if a library that the FMU
     needs is missing, if the model has no answer in the middle of its box, where the FMU starts, or if the FMU cannot be
@@ -47,12 +49,17 @@ def run(options: argparse.Namespace) -> int:
         output = options.output or options.model.with_name(f"{identifier(model.title)}.fmu")
         try:
             with writing("the FMU", output):
-                write_fmu(model, options.model, output, tags)
+                refusal = write_fmu(model, options.model, output, tags)
         except NoAnswerError as error:
             raise InputError(
                 options.model,
                 f"the model has no answer in the middle of its box, where the FMU starts: {error}",
             ) from error
+    if refusal:
+        options.log.note(
+            f"{output}: warning: the FMU has no derivatives, because the model has none in the middle of its box, where "
+            f"the FMU starts: {refusal}"
+        )
     options.log.result(output)
     return 0
 
