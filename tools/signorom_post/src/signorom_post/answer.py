@@ -16,7 +16,7 @@ class ModelError(InputError):
 
 
 class NotAcceptedWarning(UserWarning):
-    """The validation of a model found its errors too large, or its bodies rotate too far."""
+    """The validation of a model did not accept it; the text is its verdict."""
 
 
 class NoAnswerError(Exception):
