@@ -27,6 +27,9 @@ module sig_accuracy_warnings
   !> [-] deformations above it are far from small: often a unit is wrong. The half disks of the paper have 0.26
   real(rk), parameter :: largest_small_deformation = 0.3_rk
 
+  !> [-] displacements that differ by more while contact forces differ by less are not unique
+  real(rk), parameter :: loose_displacement = 0.5_rk, same_forces = 1.0e-3_rk
+
   !> Errors of validation.csv that are judged, and their limits.
   character(*), parameter :: judged_names(3) = [character(12) :: 'e_u', 'e_lambda_rid', 'e_lambda_all']
   real(rk), parameter :: largest_median(3) = [0.05_rk, 0.1_rk, 0.1_rk]
@@ -153,7 +156,8 @@ contains
   end function deformation_warning
 
   !> Returns warnings of errors of a model, at most one for each of e_u, e_lambda_rid and e_lambda_all: that it has no value at any
-  !> point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. Empty without warnings.
+  !> point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. Without one of e_u,
+  !> loose_warning follows where it has a text. Empty without warnings.
   pure function error_warnings(kind, names, errors) result(warnings)
     !> kind of the model, for accuracy_advice
     character(*), intent(in) :: kind
@@ -180,9 +184,33 @@ contains
         call append_text(warnings, large_error(kind, judged_names(i), 'median', statistics%median, largest_median(i)))
       else if (statistics%p95 > largest_p95(i)) then
         call append_text(warnings, large_error(kind, judged_names(i), '95 % quantile', statistics%p95, largest_p95(i)))
+      else if (judged_names(i) == 'e_u' .and. loose_warning(names, errors) /= '') then
+        call append_text(warnings, loose_warning(names, errors))
       end if
     end do
   end function error_warnings
+
+  !> Returns a warning if displacements differ by more than half at some point while contact forces agree at all points: two answers
+  !> that are both right, as of a disc on a plane, which may roll. Empty otherwise.
+  pure function loose_warning(names, errors) result(warning)
+    !> as for error_warnings
+    character(*), intent(in) :: names(:)
+    real(rk), intent(in) :: errors(:, :)
+    character(:), allocatable :: warning
+    type(statistics_t) :: of_displacements, of_forces
+    integer :: i_displacements, i_forces
+
+    warning = ''
+    i_displacements = findloc(names == 'e_u', .true., dim=1)
+    i_forces = findloc(names == 'e_lambda_all', .true., dim=1)
+    if (i_displacements == 0 .or. i_forces == 0) return
+    of_displacements = summarize(errors(i_displacements, :))
+    of_forces = summarize(errors(i_forces, :))
+    if (.not. (of_displacements%maximum > loose_displacement .and. of_forces%maximum <= same_forces)) return
+    warning = 'displacements are not unique at some test points: e_u is up to ' // short_number(of_displacements%maximum) // &
+      ', but the contact forces agree; a body that only contact holds can move there at nearly no force, so hold it if its ' // &
+      'place matters'
+  end function loose_warning
 
   !> Whether `name` is among `names` and its errors have a value other than NaN at some point.
   pure logical function is_measured(names, errors, name)
