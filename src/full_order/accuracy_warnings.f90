@@ -140,7 +140,7 @@ contains
     if (.not. rotation > largest_small_rotation) return
     warning = 'a body that only contact holds rotates by up to ' // short_number(rotation) // ' rad; the equations are right ' // &
       'for small rotations only (up to about ' // short_number(largest_small_rotation) // ' rad), so displacements and ' // &
-      'contact forces are wrong there: see whether a load turns the body (as a lever on a pin), and hold it'
+      'contact forces are wrong there: look at the units, and hold the body if a load turns it (as a lever on a pin)'
   end function rotation_warning
 
   !> Returns a warning if a body deforms by more than 0.3 of its size; empty otherwise.

@@ -267,6 +267,7 @@ contains
     character(:), allocatable :: hint
 
     hint = separator_hint(word)
+    if (len(word) == 0) hint = 'leave columns without a name out: write.csv of R writes row names unless it has row.names = FALSE'
     if (len(hint) > 0) return
     hint = did_you_mean(word, names)
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'

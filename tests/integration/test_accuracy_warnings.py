@@ -204,10 +204,13 @@ def test_large_deformations_are_warned_of(signorom, tmp_path, stroke, is_large):
     """Two blocks of 1 x 1 share the stroke s: at its ends each moves by s/4 from its mean, at most 0.70 of it away."""
     stacked_blocks("Q4", 2).write(tmp_path / "blocks.msh")
     deck = NEVER.replace("GAP", "0").replace("max: 0.02", f"max: {stroke}")
+    deck = deck.replace("{sobol: 3, seed: 1}", "{grid: {stroke: 3, q: 2}}")
     (tmp_path / "large.yaml").write_text(deck + f"output: {{points: [{{stroke: {stroke}, q: 0}}]}}\n")
-    done = signorom.run("solve", "large.yaml", folder=tmp_path)
+    done = signorom.run("run", "large.yaml", folder=tmp_path)
     assert done.returncode == 0
     sentence = "displacements within a body differ by up to"
     assert (sentence in done.stderr) == is_large
     report = yaml.safe_load((tmp_path / "results" / "large" / "report.yaml").read_text())
     assert (sentence in str(report.get("deformations"))) == is_large
+    assert report["validation"]["accepted"] is not is_large
+    assert (f"NOT accepted: {sentence}" in done.stderr) == is_large

@@ -209,9 +209,13 @@ def test_list_with_quotes(signorom, model_folder):
             "squeeze,shift\n0.2;0.1\n",
             r"points.csv:2:1: error: [^$]*separate the values",
         ),
+        (
+            '"","squeeze","shift"\n"1",0.2,0.1\n',
+            r"points.csv:1:1: error: unknown column ''[^$]*row.names = FALSE",
+        ),
         ("squeeze,shift\n0,2,0,1\n", r"points.csv:2:5: error: .*4 values[^$]*write decimals with a point"),
     ],
-    ids=["semicolons", "semicolons_below", "decimal_commas"],
+    ids=["semicolons", "semicolons_below", "row_names", "decimal_commas"],
 )
 def test_list_of_a_spreadsheet_gets_a_hint(signorom, model_folder, content, message):
     (model_folder / "points.csv").write_text(content)

@@ -3,7 +3,7 @@
 !> Validation: compares the answers of a model with full-order solutions at the test points.
 module sig_validation
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
-  use sig_body_rotations, only: largest_rotation
+  use sig_body_rotations, only: largest_deformation, largest_rotation
   use sig_benchmark, only: benchmark_t, run_benchmark
   use sig_contact_state, only: contact_state_t
   use sig_elastic_body, only: elastic_body_t
@@ -35,7 +35,7 @@ module sig_validation
   integer, parameter :: n_comparisons = 6
   !> rows of the table that ranks share, of which each point has a column: differences, sizes and other numbers
   integer, parameter :: n_others = 2 * n_comparisons
-  integer, parameter :: n_columns = n_others + 11
+  integer, parameter :: n_columns = n_others + 12
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative']
@@ -67,6 +67,8 @@ module sig_validation
     real(rk), allocatable :: displacement_bound(:)
     !> [rad] largest rotation of a body that only contact holds, over all full-order solutions
     real(rk) :: rotation = 0
+    !> [-] largest deformation of a body, over all full-order solutions
+    real(rk) :: deformation = 0
     !> the model's fallback answered
     logical, allocatable :: is_fallback(:)
     !> a signal ended the validation; the values of some points are missing
@@ -239,17 +241,19 @@ contains
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)
-      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), largest_rotation(problem%motions, states(i:i)))
+      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), largest_rotation(problem%motions, states(i:i)), &
+        largest_deformation(problem%motions, states(i:i)))
     end do
   end subroutine compare_batch
 
   !> Returns the numbers of a point that ranks share, in the order in which unpack_table takes them.
-  pure function table_column(answer, state, errors, rotation) result(column)
+  pure function table_column(answer, state, errors, rotation, deformation) result(column)
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(in) :: errors
-    !> [rad] largest_rotation of the full-order solution
+    !> [rad] largest_rotation and [-] largest_deformation of the full-order solution
     real(rk), intent(in) :: rotation
+    real(rk), intent(in) :: deformation
     real(rk) :: column(n_columns)
     type(comparison_t) :: comparisons(n_comparisons)
 
@@ -258,7 +262,8 @@ contains
     column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
       state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
-      real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation]
+      real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation, &
+      deformation]
   end function table_column
 
   !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution and to infinite
@@ -286,6 +291,7 @@ contains
     outcome%is_fallback = table(n_others + 9, :) > 0
     outcome%displacement_bound = table(n_others + 10, :)
     outcome%rotation = maxval([0.0_rk, table(n_others + 11, :)])
+    outcome%deformation = maxval([0.0_rk, table(n_others + 12, :)])
     seconds = summarize(pack(table(n_others + 6, :), outcome%reason_full_order == reason_converged))
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table
