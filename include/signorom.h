@@ -295,8 +295,8 @@ int signorom_get_displacement(const signorom_context *context, double *displacem
  * answer. */
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
-/* Fields. A model gives fields if its deck has `reduction: {fields: true}`. Other models have no cells, and the calls
- * that read fields return SIGNOROM_NO_ANSWER. */
+/* Fields. A model gives fields if its deck has `reduction: {fields: true}` and its kind is not tied. For other models
+ * the calls that read fields return SIGNOROM_NO_ANSWER. */
 
 /* Gives the number of cells, of nodes of all cells together, of regions, of facets of the surfaces that carry the
  * contact forces, and of nodes of all these facets together. They are 0 where the model keeps no mesh. Any pointer may

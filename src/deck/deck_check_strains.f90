@@ -60,7 +60,7 @@ contains
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
     if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
       'each factor may name parameters or coordinates, but ' // shown(factor) // ' names both', &
-      'write out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
+      'multiply out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
       'exp(-a * x^2), cannot be used')
   end subroutine check_products
 end module sig_deck_check_strains

@@ -27,8 +27,8 @@ contains
     do i = 1, size(options)
       if (index(options(i)%text, prefix_of(solver_type)) /= 1) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used', &
-        hint='no object of the solver ' // solver_type // ' reads it: check its name, and solver.linear: an ' // &
-        'option of conjugate gradients or multigrid needs gamg, one of MUMPS cholesky; the run stopped after the first points')
+        hint='check its name and solver.linear: options of conjugate gradients or multigrid need gamg, those of MUMPS need ' // &
+        'cholesky. The run stopped after the first points.')
       return
     end do
   end subroutine refuse_unused_options

@@ -70,8 +70,8 @@ contains
       if (reason /= '') return
     end do
     if (plan%has_modes) call log_warning('this model is tied, because the matrix of all contacts takes more memory than ' // &
-      'reduction.max_full_order_size: it has no displacement modes, and answers displacements only on the boundaries that ' // &
-      'reduction.displacement names; with auto, on none')
+      'reduction.max_full_order_size. It has no displacement modes. It answers displacements only on the boundaries that ' // &
+      'reduction.displacement names, with auto nowhere')
     call move_alloc(reduced, part)
   end subroutine train_tied
 

@@ -81,7 +81,7 @@ class Resultants:
 
 @dataclass(frozen=True)
 class Cells:
-    """The mesh of a model that can compute fields. Nodes count from 0.
+    """The mesh that a model keeps for fields. Nodes count from 0.
 
     The number of nodes gives the type of an element: T3, Q4, T6, Q8, Q9 in the plane, T4, H8, T10, H20, H27 in space.
     The nodes of an element are in gmsh's order.
