@@ -6,7 +6,7 @@ module sig_deck_check_strains
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_text, only: to_text
-  use sig_value_products, only: product_t, split_products
+  use sig_value_products, only: max_product, product_t, split_products
   implicit none(type, external)
   private
   public :: check_imposed_strain, check_products
@@ -44,7 +44,7 @@ contains
 
   !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place, as
   !> split_products finds them. Otherwise each integration point would need a term of its own. The error names the first factor that
-  !> depends on both parameters and place.
+  !> depends on both parameters and place. Without such a factor, a product is longer than an expression may be.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
@@ -55,10 +55,19 @@ contains
     type(product_t), allocatable :: products(:)
     character(:), allocatable :: factor
     logical :: is_split
+    integer :: i, length
 
     if (.not. (value%uses_parameters .and. value%uses_coordinates)) return
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
-    if (.not. is_split) call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
+    if (is_split) return
+    if (factor == '') then
+      length = maxval([(max(len(products(i)%of_parameters), len(products(i)%of_place)), i=1, size(products))])
+      call tree%report_at(path, 'has a product that is too long: with parentheses around each, its factors of the parameters, ' // &
+        'or those of the place, take ' // to_text(length) // ' characters; at most ' // to_text(max_product) // ' are possible', &
+        'powers are shorter: a^3 for a * a * a')
+      return
+    end if
+    call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
       'each factor may name parameters or coordinates, but ' // shown(factor) // ' names both', &
       'multiply out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
       'exp(-a * x^2), cannot be used')

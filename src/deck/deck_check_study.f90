@@ -37,8 +37,8 @@ contains
       call check_point_set(tree, 'training', config%parameters, config%training)
     end if
     call check_point_set(tree, 'test', config%parameters, config%test)
-    if (config%reduction%has_fields .and. config%reduction%method /= 'hhr' .and. &
-        .not. has_all_nodes(config%reduction%displacement)) call tree%report_at( &
+    if (config%reduction%has_fields .and. .not. (is_hyper_reduced(config) .or. &
+                                                 has_all_nodes(config%reduction%displacement))) call tree%report_at( &
       'reduction.fields', 'is true, and reduction.displacement leaves nodes without a displacement; fields need those of all: ' // &
       'displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
@@ -59,6 +59,16 @@ contains
     complaint = complaint_about_writing(config%petsc_options)
     if (len(complaint) > 0) call tree%report_at('petsc_options', 'has ' // complaint)
   end subroutine check_study
+
+  !> Whether the model is hyper-reduced whatever the mesh, as choose_model_kind of the reduction decides.
+  pure logical function is_hyper_reduced(config)
+    type(deck_config_t), intent(in) :: config
+
+    associate (clusters => config%clusters, method => config%reduction%method)
+      is_hyper_reduced = method == 'hhr' .or. (method == 'auto' .and. &
+                                               (clusters%number /= 1 .or. clusters%target%is_used .or. clusters%refine%is_used))
+    end associate
+  end function is_hyper_reduced
 
   !> Whether the deck asks for the displacement of every node, exact or by modes, from a condensed model.
   pure logical function has_all_nodes(displacement)

@@ -71,7 +71,8 @@ contains
       return
     end if
     if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'is the name of a function; choose another name')
-    if (any(reserved_names == parameter%name) .or. any(yaml_words == lower(parameter%name))) &
+    if (any(reserved_names == parameter%name) .or. any(yaml_words == lower(parameter%name)) .or. &
+        is_numbered_column(parameter%name)) &
       call report_name(tree, parameter%name, 'is a reserved name; choose another name')
     if (parameter%minimum < parameter%maximum) return
     unit = ''
@@ -79,6 +80,16 @@ contains
     call tree%report_at(path // '.max', 'is ' // to_text(parameter%maximum) // unit // &
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_parameter
+
+  !> Whether the name is that of a column of the table of predict, lambda_<number> or contact_<number>_..., or looks like one.
+  pure logical function is_numbered_column(name)
+    character(*), intent(in) :: name
+    character(*), parameter :: contact = 'contact_', digits = '0123456789', force = 'lambda_'
+
+    is_numbered_column = .false.
+    if (index(name, force) == 1 .and. len(name) > len(force)) is_numbered_column = verify(name(len(force) + 1:), digits) == 0
+    if (index(name, contact) == 1 .and. len(name) > len(contact)) is_numbered_column = scan(name(len(contact) + 1:), digits) == 1
+  end function is_numbered_column
 
   !> Adds the error `parameters.<name> <message>` at the place of the key, because the key is wrong.
   subroutine report_name(tree, name, message)

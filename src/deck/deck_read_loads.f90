@@ -115,7 +115,7 @@ contains
     call read_bound(tree, i_window, 'min', load%has_minimum, load%minimum)
     call read_bound(tree, i_window, 'max', load%has_maximum, load%maximum)
     call tree%close_mapping(i_window)
-    if (.not. (load%has_minimum .or. load%has_maximum)) &
+    if (tree%find(i_window, 'min') == 0 .and. tree%find(i_window, 'max') == 0) &
       call tree%report(i_window, 'has no bound; it needs min, max or both')
   end subroutine read_window
 
@@ -138,19 +138,18 @@ contains
     end do
   end subroutine read_axis
 
+  !> Reads a bound of a window. Errors: it is neither a number nor an expression of the parameters.
   subroutine read_bound(tree, i_window, key, has_bound, bound)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_window
     character(*), intent(in) :: key
+    !> false also after an error, so that no check takes the bound for what stands in the deck
     logical, intent(out) :: has_bound
     type(value_config_t), intent(inout) :: bound
     integer :: i_node
-    logical :: is_valid
 
     i_node = tree%find(i_window, key)
     has_bound = i_node > 0
-    if (.not. has_bound) return
-    call value_of(tree, i_node, 'a number or an expression of the parameters', bound, is_valid)
-    if (.not. is_valid) bound = value_config_t(text='0', line=bound%line, column=bound%column)
+    if (has_bound) call value_of(tree, i_node, 'a number or an expression of the parameters', bound, has_bound)
   end subroutine read_bound
 end module sig_deck_read_loads

@@ -289,19 +289,22 @@ contains
     integer, intent(in) :: i_zone
     type(mechanical_model_t), intent(in) :: model
     type(zone_config_t), intent(inout) :: zone
-    integer :: i_window
+    integer :: i_window, n_errors
+    logical :: are_read
 
     i_window = get_mapping(tree, i_zone, 'window', .false.)
     if (i_window == 0) return
     call read_axis(tree, i_window, model, zone%axis)
     zone%has_minimum = tree%find(i_window, 'min') > 0
     zone%has_maximum = tree%find(i_window, 'max') > 0
+    n_errors = tree%errors%n_errors()
     call get_number(tree, i_window, 'min', .false., zone%minimum)
     call get_number(tree, i_window, 'max', .false., zone%maximum)
+    are_read = tree%errors%n_errors() == n_errors
     call tree%close_mapping(i_window)
     if (.not. (zone%has_minimum .or. zone%has_maximum)) then
       call tree%report(i_window, 'has no bound; it needs min, max or both')
-    else if (zone%has_minimum .and. zone%has_maximum .and. zone%minimum >= zone%maximum) then
+    else if (are_read .and. zone%has_minimum .and. zone%has_maximum .and. zone%minimum >= zone%maximum) then
       call tree%report(i_window, 'has a min that is not less than its max')
     end if
   end subroutine read_window

@@ -5,7 +5,7 @@ module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: product_t, split_products
+  public :: max_product, product_t, split_products
 
   !> One product, as two expressions.
   type :: product_t
@@ -16,7 +16,7 @@ module sig_value_products
   end type product_t
 
   !> most characters of a function of a product: the parentheses around its factors can make it longer than the text in the deck
-  integer, parameter :: longest = 1000
+  integer, parameter :: max_product = 1000
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
 
@@ -66,8 +66,10 @@ contains
       call collect_factors(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, &
         coordinate_names, products(i), mixed)
       if (products(i)%of_place == '') products(i)%of_place = '1'
-      if (is_split .and. mixed /= '' .and. present(mixed_factor)) mixed_factor = mixed
-      is_split = is_split .and. mixed == '' .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= longest
+      if (present(mixed_factor)) then
+        if (mixed_factor == '') mixed_factor = mixed
+      end if
+      is_split = is_split .and. mixed == '' .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= max_product
     end do
   end subroutine split_products
 
