@@ -22,7 +22,8 @@ module sig_init
 
 contains
 
-  !> Writes a first deck beside the mesh of the command. Rank 0 does the work. Collective on all ranks, which all get the exit code.
+  !> Writes a first deck in the folder of the mesh that the command names. Rank 0 does the work. Collective on all ranks, which all
+  !> get the exit code.
   !>
   !> Errors are printed and give the exit code: those of read_mesh; the deck exists already or cannot be written.
   subroutine init_deck(command, exit_code, ierr)

@@ -42,9 +42,9 @@ contains
       'reduction.fields', 'is true, and reduction.displacement leaves nodes without a displacement; fields need those of all: ' // &
       'displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
-      'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep none)')
+      'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep no full-order operator)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
-      'is ' // to_text(config%reduction%max_transforms_size) // ' MB; it must not be negative (0 = keep none)')
+      'is ' // to_text(config%reduction%max_transforms_size) // ' MB; it must not be negative (0 = keep no transforms)')
     if (.not. (config%reduction%stiffness_tolerance > 0 .and. config%reduction%stiffness_tolerance < 1)) call tree%report_at( &
       'reduction.stiffness_tolerance', 'is ' // to_text(config%reduction%stiffness_tolerance) // &
       '; it must be greater than 0 and less than 1')

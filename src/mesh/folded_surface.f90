@@ -22,8 +22,8 @@ module sig_folded_surface
 contains
 
   !> Checks one surface. Errors: two nodes of the surface are at most 1e-3 of geometry%mesh_size apart, have opposite averaged
-  !> normals (at least 120 degrees between them) and face each other or lie at the same place. The nodes on both sides of a thin
-  !> plate face away from each other and are no error. Nothing is checked if any node of the surface has no averaged normal.
+  !> normals (at least 120 degrees between them), and are not behind each other. The nodes on both sides of a thin plate are behind
+  !> each other, and are no error. Nothing is checked if any node of the surface has no averaged normal.
   pure subroutine check_folded(mesh, surfaces, surface, i_group, geometry, error)
     type(mesh_t), intent(in) :: mesh
     !> contact entry, for messages

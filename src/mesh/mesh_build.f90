@@ -23,7 +23,7 @@ contains
   !>
   !> Errors: the largest dimension of the elements in physical groups is not n_dim, or there are none; cells in an unnamed group,
   !> also if a named one has them, too; those of check_mid_nodes; a plane mesh that is not in a plane z = const (z varies by more
-  !> than 1e-9 of the mesh's size). Then the mesh is not complete.
+  !> than 1e-9 of the mesh's size). After any error the mesh is not complete.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model

@@ -172,6 +172,9 @@ contains
     !> index of the group; 0 on an error
     integer, intent(out) :: i_group
     type(error_t), allocatable, intent(out) :: error
+    character(*), parameter :: to_join = 'in the .geo file, name the region beside it; where their nodes differ, join both ' // &
+      'by Coherence'
+    character(:), allocatable :: hint
     integer :: i, n_found
 
     i_group = 0
@@ -189,14 +192,14 @@ contains
                       "' that could be this " // noun, file=deck_path, line=name%line, column=name%column, &
                       hint='give each its own name in the .geo file')
     else if (size(mesh%groups(i_group)%nodes) == 0) then
+      hint = 'see that the mesh has elements of this group'
+      if (noun /= 'region') hint = hint // '; ' // to_join
       call make_error(error, "the " // noun // " '" // name%text // "' of the mesh has no element whose nodes all belong to " // &
-                      'cells of named regions', file=deck_path, line=name%line, column=name%column, &
-                      hint='see that the mesh has elements of this group; in the .geo file, give the region next to it a ' // &
-                      'name, and join both into one mesh (Coherence)')
+                      'cells of named regions', file=deck_path, line=name%line, column=name%column, hint=hint)
     else if (mesh%groups(i_group)%n_left_out > 0) then
       call make_error(error, 'elements of the ' // noun // " '" // name%text // "' with a node that no cell of a named region " // &
                       'has: ' // to_text(mesh%groups(i_group)%n_left_out), file=deck_path, line=name%line, column=name%column, &
-                      hint='in the .geo file, give the region next to them a name, and join both into one mesh (Coherence)')
+                      hint=to_join)
     end if
     if (allocated(error)) i_group = 0
   end subroutine find_name

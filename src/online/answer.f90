@@ -202,8 +202,8 @@ contains
     if (bound > 0) relative_bound = merge(bound / max(size_of_answer, tiny(bound)), no_bound, size_of_answer > 0)
   end subroutine relate
 
-  !> Returns the size of an answer [sqrt(force*length)] that its bound is divided by: its own size, but at least a thousandth of the
-  !> largest size in training.
+  !> Returns the size [sqrt(force*length)] by which the bound of an answer is divided: the answer's own size, but at least a
+  !> thousandth of the largest size in training.
   pure real(rk) function comparable_size(size_of_forces, largest_size)
     !> [sqrt(force*length)] size of the forces, or of the displacement, of the answer
     real(rk), intent(in) :: size_of_forces

@@ -174,7 +174,8 @@ contains
     nodes = lift%dofs(lift%starts(k) + n_dim:lift%starts(k + 1):n_dim) / n_dim
   end function moved_nodes
 
-  !> Finds for each row the rows that may move a node of the same cell, itself too: only for these can L' K L differ from zero.
+  !> Finds for each row its neighbors: the rows, with itself, that may move a node of a cell of which it may move a node. Only for
+  !> these can L' K L differ from zero.
   subroutine find_neighbors(motions, mesh, lift)
     !> of list_dofs
     type(contact_lift_t), intent(in) :: motions

@@ -63,7 +63,7 @@ contains
         hint='try it: ' // shell_text(unable) // ' forest --check')
     else if (is_named()) then
       call make_error(error, 'the environment variable ' // variable // ' names ' // places(1)%text // ', which cannot be ' // &
-        'started: it is missing, or the Python that its first line names is missing', &
+        'started: it, or the Python that it needs, is missing', &
         hint='set the variable to the file of ' // forest_tool_name // ', which trains the random forest of irregular ' // &
         'clusters; without the variable, PATH and build/venv are searched')
     else

@@ -41,8 +41,8 @@ contains
     end do
   end subroutine find_zone_nodes
 
-  !> Returns the nodes of the surfaces of surface loads that carry a force at a training point or, with up to 10 parameters, at a
-  !> corner of the box; ascending, each once. Body forces alone add no node, because they act on all nodes of a region; but a node
+  !> Returns the nodes of loaded surfaces that carry a force at a training point or, with up to 10 parameters, at a corner of the
+  !> box; ascending, each once. Body forces alone add no node, because they act on all nodes of a region; but a node
   !> of such a surface counts also where only a body force acts on it.
   !>
   !> Errors: the mesh lacks a boundary.

@@ -20,7 +20,7 @@ module sig_snapshot_merge
   use sig_reasons, only: reason_converged, reason_text
   use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
   use sig_snapshot_store, only: pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
-  use sig_text, only: counted, string_t, to_text
+  use sig_text, only: are, counted, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -181,9 +181,9 @@ contains
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
         n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
-      if (n_dropped > 0) call log_warning(shards(i)%text // ' loses ' // counted(n_dropped, 'record') // &
-        ' at its end, from the first damaged one on, as after a killed run; points of the deck that were only there are ' // &
-        'solved again')
+      if (n_dropped > 0) call log_warning(counted(n_dropped, 'record') // ' at the end of ' // shards(i)%text // ' ' // &
+        are(n_dropped) // ' left out: damaged or behind a damaged one, as after a killed run; points of the deck that were ' // &
+        'only there are solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)

@@ -56,9 +56,9 @@ def warn_outside(
 ) -> None:
     """Issues one ExtrapolationWarning if a point lies outside of the trained box.
 
-    The warning names each parameter that leaves its range at these points, with its values there. `points` has the
-    shape (n_points, n_parameters). `is_inside`, shape (n_points): whether a point lies in the box. `stack_level` is
-    that of `warnings.warn`, so that the warning names the line of the caller.
+    The warning names each parameter that leaves its range at these points, with its lowest and highest value outside
+    of the range. `points` has the shape (n_points, n_parameters). `is_inside`, shape (n_points): whether a point lies in
+    the box. `stack_level` is that of `warnings.warn`, so that the warning names the line of the caller.
     """
     if is_inside.all():
         return
