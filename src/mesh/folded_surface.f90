@@ -52,7 +52,8 @@ contains
           if (dot_product(normals(:, i), normals(:, others(k))) > opposite) cycle
           if (dot_product(way, normals(:, i)) < -rounding * size_of_edge) cycle
           call refuse(surfaces, surface, "the surface '" // surface%text // "' is folded onto itself: " // &
-                      node_text(mesh, nodes(i)) // ' and ' // node_text(mesh, nodes(others(k))) // ' face each other', error, &
+                      node_text(mesh, nodes(i)) // ' and ' // node_text(mesh, nodes(others(k))) // &
+                      ' have opposite normals and are not behind each other', error, &
                       'give each side its own name in the .geo file: one is the first surface, the other the second')
           return
         end do

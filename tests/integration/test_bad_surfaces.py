@@ -85,7 +85,7 @@ def write_deck(folder, mesh, contact):
 
 LOOK_AT = r"'lower_face' lies within \(0\.0, .*\) to \(1\.0, .*\), 'upper_face' within \({}\.0, .*\) to \(.*\); name"
 NOT_FACING = r"contact\[1\]: the surfaces 'lower_face' and 'upper_face' do not face each other along "
-UPON = r"contact\[1\]: the surface 'both' is folded onto itself: node \d+ \(.*\) and node \d+ \(.*\) face each other"
+UPON = r"contact\[1\]: the surface 'both' is folded onto itself: node \d+ \(.*\) and node \d+ \(.*\) have opposite"
 TWO_NAMES = "give each side its own name in the .geo file"
 # mesh, entries of the section contact, place in the deck, message, hint
 CASES = {

@@ -226,16 +226,20 @@ def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
     assert resume(signorom, deck, results, n_ranks, uninterrupted) == finished
 
 
-def test_damaged_record_is_named(signorom, many_points):
-    """A flipped bit is found by the checksum; what stands behind it is solved again."""
+@pytest.mark.parametrize("number", [1, 2])
+def test_damaged_record_is_named(signorom, many_points, number):
+    """A flipped bit is found by the checksum; what stands behind it is solved again. It is told once, also of a shard
+    that the run does not write to: with one rank there is only one group.
+    """
     deck, results = many_points
     kill_sampling(signorom, deck, results)
     content = bytearray(shards(results)[0].read_bytes())
     content[HEADER + 50 * RECORD + 100] ^= 1
-    shards(results)[0].write_bytes(content)
+    shards(results)[0].unlink()
+    (results / f"snapshots.part-{number}").write_bytes(content)
     done = signorom.run("sample", deck.name, folder=deck.parent)
     assert done.returncode == 0
-    assert re.search(r"warning: .*snapshots.part-1.* damaged", done.stderr)
+    assert len(re.findall(rf"warning: .*snapshots.part-{number}.* damaged", done.stderr)) == 1
     assert f"sampled {N_POINTS} points (50 were there)" in done.stdout
 
 

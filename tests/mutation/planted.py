@@ -639,6 +639,20 @@ PLANTED = [
         "integration.test_bad_surfaces",
     ),
     Planted(
+        SRC + "reduction/hhr/zone_nodes.f90",
+        "      if (is_valid) is_used = ",
+        "      if (.not. is_valid) exit\n      is_used = ",
+        "a corner of the box without finite loads hides the later ones",
+        "unit.reduction.test_zone_nodes",
+    ),
+    Planted(
+        SRC + "workflow/sampling/snapshot_merge.F90",
+        "reported%is_reported = .true.",
+        "reported%is_reported = .false.",
+        "a damaged shard is reported twice",
+        "integration.test_restart",
+    ),
+    Planted(
         POST + "plots/check_bodies.py",
         "outward[nodes]) < 0.0",
         "outward[nodes]) > 0.0",

@@ -7,7 +7,7 @@ module sig_zone_nodes
   use sig_mesh_checks, only: nodes_of_boundary, nodes_of_zone
   use sig_parameter_space, only: build_points
   use sig_problem, only: problem_t
-  use sig_term_values, only: evaluate_points
+  use sig_term_values, only: term_values_t
   implicit none(type, external)
   private
   public :: find_zone_nodes, find_loaded_nodes
@@ -84,21 +84,30 @@ contains
     call build_points(both_ends, parameters, points, error)
   end function corners
 
-  !> Whether each node carries a force of a load, body forces included, at one of the points. Points after the first one where a
-  !> term has no finite value do not count.
+  !> Whether each node carries a force of a load, body forces included, at one of the points. A point where a term has no finite
+  !> value does not count.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     logical :: is_loaded(problem%mesh%n_nodes)
-    real(rk), allocatable :: theta(:, :)
-    integer :: i, i_bad_point, i_bad_source
+    type(term_values_t) :: values
+    character(:), allocatable :: message
+    real(rk) :: theta(problem%terms%n_terms())
+    logical :: is_used(problem%terms%n_terms()), is_valid
+    integer :: i, i_bad_source
 
     is_loaded = .false.
-    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    is_used = .false.
+    call values%create(problem%terms, message)
+    do i = 1, size(points, 2)
+      call values%evaluate(points(:, i), theta, is_valid, i_bad_source)
+      if (is_valid) is_used = is_used .or. abs(theta) > 0
+    end do
+    call values%destroy()
     associate (loads => problem%boundary%loads)
       do i = 1, loads%n_entries()
-        if (abs(loads%values(i)) > 0 .and. any(abs(theta(loads%terms(i), :)) > 0)) &
+        if (abs(loads%values(i)) > 0 .and. is_used(loads%terms(i))) &
           is_loaded((loads%dofs(i) - 1) / problem%mesh%n_dim + 1) = .true.
       end do
     end associate

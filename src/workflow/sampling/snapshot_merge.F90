@@ -38,6 +38,8 @@ module sig_snapshot_merge
     character(:), allocatable :: folder
     !> snapshot_store or candidate_store
     character(:), allocatable :: name
+    !> damaged shards were reported, so that they are now left out without a warning
+    logical, private :: is_reported = .false.
   contains
     procedure :: path => store_path
     procedure :: shard_path
@@ -139,7 +141,8 @@ contains
   !> Reads all solutions of the store: first those of the given points, then those of other points that an earlier deck asked for.
   !> Of several solutions of a point (merged file, then shards, then `fresh`) the last converged one is kept, or the first one if
   !> none converged. A merged file without displacements is left out if the deck needs them, with a note in the log unless `fresh`
-  !> is present. The records of a shard from the first damaged one on are left out with a warning. Missing files are no error.
+  !> is present. The records of a shard from the first damaged one on are left out, with a warning unless store%is_reported.
+  !> Missing files are no error.
   !> Local.
   !>
   !> Errors: a file cannot be read, or is of another deck or mesh; the records of a shard do not have n_stored dofs.
@@ -181,9 +184,9 @@ contains
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
         n_stored, problem%rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
-      if (n_dropped > 0) call log_warning(counted(n_dropped, 'record') // ' at the end of ' // shards(i)%text // ' ' // &
-        are(n_dropped) // ' left out: damaged or behind a damaged one, as after a killed run; points of the deck that were ' // &
-        'only there are solved again')
+      if (n_dropped > 0 .and. .not. store%is_reported) call log_warning(counted(n_dropped, 'record') // ' at the end of ' // &
+        shards(i)%text // ' ' // are(n_dropped) // ' left out: damaged or behind a damaged one, as after a killed run; ' // &
+        'points of the deck that were only there are solved again')
       call append_records(found, records)
     end do
     if (present(fresh)) call append_records(fresh, records)
@@ -297,7 +300,7 @@ contains
   end subroutine put_in_order
 
   !> Writes one file of all solutions of the store and of this run, the given points first, then removes the shards. Collective on
-  !> all ranks; errors are known to all.
+  !> all ranks; errors are known to all. Requires: find_finished_points of the store, which reported damaged shards.
   !>
   !> Errors: n_stored is not 0, and the elastic responses to the lifted terms cannot be computed; those of write_merged.
   subroutine merge_snapshots(problem, team, store, points, n_stored, fresh, error, ierr)
@@ -313,9 +316,12 @@ contains
     type(snapshot_record_t), intent(inout) :: fresh(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(store_t) :: reported
     real(rk), allocatable :: response(:, :)
     integer :: reason
 
+    reported = store
+    reported%is_reported = .true.
     if (n_stored == 0) then
       ! nobody asks for it
       allocate (response(n_stored, 0))
@@ -325,7 +331,8 @@ contains
         'imposed strains: ' // reason_text(reason), problem%deck%path, exit_code=exit_not_converged)
     end if
     call MPI_Barrier(PETSC_COMM_WORLD, ierr)
-    if (team%groups%world_rank == 0 .and. .not. allocated(error)) call write_merged(problem, store, points, fresh, response, error)
+    if (team%groups%world_rank == 0 .and. .not. allocated(error)) &
+      call write_merged(problem, reported, points, fresh, response, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine merge_snapshots
 
