@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> The first stage of a study: solves the deck's training points and candidates and keeps them in the results folder.
 module sig_sampling_stage
-  use sig_accuracy_warnings, only: deformation_warning, rotation_warning
+  use sig_accuracy_warnings, only: motion_warning
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
   use sig_greedy_selection, only: select_points
   use sig_log, only: log_info, log_warning
@@ -71,8 +71,8 @@ contains
   end subroutine sample_candidates
 
   !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
-  !> converge (with a warning). Without an error or a signal it also warns if rotation_warning,
-  !> or else deformation_warning, has a text.
+  !> converge (with a warning). Without an error or a signal it also warns if motion_warning
+  !> has a text.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -92,8 +92,7 @@ contains
           'first, otherwise the section solver, for example max_iterations or type')
         session%exit_code = exit_not_converged
       end if
-      warning = rotation_warning(outcome%rotation)
-      if (warning == '') warning = deformation_warning(outcome%deformation)
+      warning = motion_warning(outcome%rotation, outcome%deformation)
       if (warning /= '') call log_warning(warning)
       call log_info(text)
     end if

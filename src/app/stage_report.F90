@@ -3,7 +3,7 @@
 !> Fills and writes report.yaml, the common report of the stages of a study.
 module sig_stage_report
   use mpi, only: MPI_Get_processor_name, MPI_MAX_PROCESSOR_NAME
-  use sig_accuracy_warnings, only: deformation_warning, equilibrium_warning, rotation_warning
+  use sig_accuracy_warnings, only: equilibrium_warning, motion_warning
   use sig_body_rotations, only: largest_deformation, largest_rotation
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
@@ -120,15 +120,14 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns once in the log and in the report if rotation_warning, or else deformation_warning, has a text for the solved points.
+  !> Warns once in the log and in the report if motion_warning has a text for the solved points.
   subroutine warn_of_deformations(problem, solved, report)
     type(problem_t), intent(in) :: problem
     type(solved_points_t), intent(in) :: solved
     type(run_report_t), intent(inout) :: report
     character(:), allocatable :: warning
 
-    warning = rotation_warning(largest_rotation(problem%motions, solved%states))
-    if (warning == '') warning = deformation_warning(largest_deformation(problem%motions, solved%states))
+    warning = motion_warning(largest_rotation(problem%motions, solved%states), largest_deformation(problem%motions, solved%states))
     if (warning == '') return
     call log_warning(warning)
     call report%add('deformations/warning', warning)

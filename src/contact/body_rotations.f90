@@ -39,21 +39,25 @@ contains
   pure real(rk) function largest_deformation(motions, states) result(largest)
     type(rigid_motions_t), intent(in) :: motions
     type(contact_state_t), intent(in) :: states(:)
-    real(rk), allocatable :: vectors(:, :)
-    real(rk) :: mean(size(motions%coordinates, 1))
-    integer :: i, k
+    real(rk) :: means(size(motions%coordinates, 1), motions%n_bodies)
+    integer :: i, k, n_nodes(motions%n_bodies)
 
     largest = 0
     do k = 1, size(states)
       if (states(k)%reason /= reason_converged) cycle
-      vectors = reshape(states(k)%displacement, shape(motions%coordinates))
-      do i = 1, motions%n_bodies
-        associate (is_own => motions%body_of_node == i)
-          mean = sum(vectors, dim=2, mask=spread(is_own, 1, size(mean))) / max(1, count(is_own))
-          if (motions%is_round) mean(1) = 0
-          largest = max(largest, maxval(norm2(vectors - spread(mean, 2, size(vectors, 2)), dim=1), mask=is_own) / motions%sizes(i))
-        end associate
-      end do
+      associate (vectors => reshape(states(k)%displacement, shape(motions%coordinates)), body => motions%body_of_node)
+        means = 0
+        n_nodes = 0
+        do i = 1, size(body)
+          means(:, body(i)) = means(:, body(i)) + vectors(:, i)
+          n_nodes(body(i)) = n_nodes(body(i)) + 1
+        end do
+        means = means / spread(n_nodes, 1, size(means, 1))
+        if (motions%is_round) means(1, :) = 0
+        do i = 1, size(body)
+          largest = max(largest, norm2(vectors(:, i) - means(:, body(i))) / motions%sizes(body(i)))
+        end do
+      end associate
     end do
   end function largest_deformation
 

@@ -12,7 +12,7 @@ module sig_accuracy_warnings
   use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: deck_warnings, open_contact_warnings, equilibrium_warning, rotation_warning, deformation_warning
+  public :: deck_warnings, open_contact_warnings, equilibrium_warning, motion_warning
   public :: error_warnings, accuracy_advice
 
   !> [-] linear elements lock beyond this Poisson's ratio: they cannot change their shape at constant volume
@@ -129,6 +129,17 @@ contains
       ' of the forces (limit ' // short_number(largest_residual) // '): the stiffness is ill-conditioned; look at materials ' // &
       'of very different stiffness and at flat elements'
   end function equilibrium_warning
+
+  !> Returns the text of rotation_warning, or if that is empty, of deformation_warning.
+  pure function motion_warning(rotation, deformation) result(warning)
+    !> as for these
+    real(rk), intent(in) :: rotation
+    real(rk), intent(in) :: deformation
+    character(:), allocatable :: warning
+
+    warning = rotation_warning(rotation)
+    if (warning == '') warning = deformation_warning(deformation)
+  end function motion_warning
 
   !> Returns a warning if the rotation of a body that only contact holds is above 0.1 rad; empty otherwise.
   pure function rotation_warning(rotation) result(warning)

@@ -58,8 +58,8 @@ contains
   end subroutine run_benchmark
 
   !> Measures the time of a point without condensation: the active set method solves on the whole mesh in each step, by the linear
-  !> solver of the plan. The first group measures up to
-  !> 5 points, spread evenly over all, and all ranks get the median. Collective on all ranks.
+  !> solver of the plan. The first group measures up to 5 points, spread evenly over all, and all ranks get the median. Collective
+  !> on all ranks.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups

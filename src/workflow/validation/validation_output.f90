@@ -2,7 +2,7 @@
 !> Writes what a validation found: validation.csv, sections of the report, and statistics in the model.
 module sig_validation_output
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
-  use sig_accuracy_warnings, only: deformation_warning, error_warnings, rotation_warning
+  use sig_accuracy_warnings, only: error_warnings, motion_warning
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
@@ -125,17 +125,15 @@ contains
   end subroutine warn_of_errors
 
   !> Returns the warnings of error_warnings (e_u, e_lambda_rid and e_lambda_all that are large or could not be measured), and
-  !> that of rotation_warning, or else of deformation_warning.
+  !> that of motion_warning.
   pure function validation_warnings(outcome) result(warnings)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
+    character(:), allocatable :: of_motion
 
     warnings = error_warnings(outcome%model_kind, error_names, outcome%errors)
-    if (rotation_warning(outcome%rotation) /= '') then
-      call append_text(warnings, rotation_warning(outcome%rotation))
-    else if (deformation_warning(outcome%deformation) /= '') then
-      call append_text(warnings, deformation_warning(outcome%deformation))
-    end if
+    of_motion = motion_warning(outcome%rotation, outcome%deformation)
+    if (of_motion /= '') call append_text(warnings, of_motion)
   end function validation_warnings
 
   !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two

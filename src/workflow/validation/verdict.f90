@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The result of a validation: a table for the terminal, and one sentence that says whether the model is good enough.
 module sig_verdict
-  use sig_accuracy_warnings, only: accuracy_advice, deformation_warning, rotation_warning
+  use sig_accuracy_warnings, only: accuracy_advice, motion_warning
   use sig_kinds, only: rk
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: counted, short_number, to_text
@@ -37,7 +37,7 @@ contains
 
   !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit,
   !> some full-order solution has a contact force, and none rotates or deforms a body too far for linear equations
-  !> (rotation_warning, deformation_warning). Points without a full-order solution do not count; if no point counts, p95 is NaN and
+  !> (motion_warning). Points without a full-order solution do not count; if no point counts, p95 is NaN and
   !> the model is not accepted. The sentence names the number of answers by the fallback if it answered more than half of all
   !> points.
   pure function judge_validation(outcome, limit) result(verdict)
@@ -53,8 +53,7 @@ contains
     verdict%n_fallbacks = count(outcome%is_fallback)
     statistics = measured_statistics(counted_errors(outcome, i_decisive))
     verdict%p95 = statistics%p95
-    objection = rotation_warning(outcome%rotation)
-    if (objection == '') objection = deformation_warning(outcome%deformation)
+    objection = motion_warning(outcome%rotation, outcome%deformation)
     if (.not. any(outcome%n_active_full_order > 0 .and. outcome%reason_full_order > 0)) objection = 'no test point has a ' // &
       'contact force, so those of the model were not tested; choose test points at which contacts close (test)'
     verdict%is_accepted = verdict%p95 <= limit .and. objection == ''
