@@ -6,9 +6,10 @@ module sig_log
   use sig_clock, only: date_and_time_text
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
+  use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: start_log, log_to_file, log_info, log_note, log_warning, log_error, log_to_file_only, lost_output
+  public :: start_log, log_to_file, log_info, log_note, log_warning, log_warnings, log_error, log_to_file_only, lost_output
   public :: is_log_shown, show_status, clear_status
 
   !> false until start_log, so that a library prints nothing
@@ -112,6 +113,16 @@ contains
     call log_to_file_only('warning: ' // text)
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
+
+  !> Writes each text as log_warning does.
+  subroutine log_warnings(texts)
+    type(string_t), intent(in) :: texts(:)
+    integer :: i
+
+    do i = 1, size(texts)
+      call log_warning(texts(i)%text)
+    end do
+  end subroutine log_warnings
 
   !> Writes an error to the log file and, if this rank speaks, to stderr, also when the log is quiet. The text comes from
   !> error_report and already contains the word `error`.

@@ -10,26 +10,25 @@ module sig_direction_notes
   use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
   private
-  public :: direction_notes
+  public :: add_direction_notes
 
   !> [degrees] contact forces along a direction that is farther from all normals differ much from those along the normals
   real(rk), parameter :: largest_angle = 20
 
 contains
 
-  !> Returns a note for each contact entry whose direction is more than 20 degrees from the outward normals of all facets of its
+  !> Appends a note for each contact entry whose direction is more than 20 degrees from the outward normals of all facets of its
   !> first surface, such as `direction: [0, 1]` for a ball on a cone. A half space needs none: its forces act along its own normal.
   !> Requires: the surfaces and directions were accepted (open_surfaces).
-  pure function direction_notes(mesh, deck_path, contact) result(notes)
+  pure subroutine add_direction_notes(mesh, deck_path, contact, notes)
     type(mesh_t), intent(in) :: mesh
     character(*), intent(in) :: deck_path
     !> entries of the deck's contact section
     type(contact_config_t), intent(in) :: contact(:)
-    type(string_t), allocatable :: notes(:)
+    type(string_t), allocatable, intent(inout) :: notes(:)
     real(rk) :: angle
     integer :: i
 
-    allocate (notes(0))
     do i = 1, size(contact)
       if (.not. contact(i)%has_direction) cycle
       if (contact(i)%has_obstacle .and. contact(i)%obstacle%type == 'half_space') cycle
@@ -38,7 +37,7 @@ contains
         to_text(nint(angle)) // " degrees or more from the normals of '" // contact(i)%first%text // &
         "', and contact forces act along the direction only: choose the normal where contact is expected")
     end do
-  end function direction_notes
+  end subroutine add_direction_notes
 
   !> [degrees] Returns the smallest angle between the direction of an entry and the outward normal of a facet of its first surface.
   pure real(rk) function smallest_angle(mesh, deck_path, entry) result(angle)

@@ -100,11 +100,7 @@ contains
       deallocate (error)
       choice%why_swapped = conflict%message
     end if
-    call rows%append(more%rows)
-    terms = more%terms
-    choice%note = more%note
-    if (allocated(choice%why_swapped)) choice%note = 'sides swapped, because ' // choice%why_swapped // &
-      " (formulation: mortar keeps the deck's order); " // more%note
+    call take_rows(more, terms, rows, choice)
 
   contains
 
@@ -124,6 +120,20 @@ contains
       if (.not. allocated(failure)) call find_conflict(mesh, contact, is_prescribed, rows, more%rows, speaks_against)
     end subroutine try_order
   end subroutine add_mortar_rows
+
+  !> Appends new rows, replaces the terms, and sets the note of the choice, which says why the sides are swapped, if they are.
+  subroutine take_rows(more, terms, rows, choice)
+    type(new_rows_t), intent(in) :: more
+    type(term_set_t), intent(inout) :: terms
+    type(contact_rows_t), intent(inout) :: rows
+    type(side_choice_t), intent(inout) :: choice
+
+    call rows%append(more%rows)
+    terms = more%terms
+    choice%note = more%note
+    if (allocated(choice%why_swapped)) choice%note = 'sides swapped, because ' // choice%why_swapped // &
+      " (formulation: mortar keeps the deck's order); " // more%note
+  end subroutine take_rows
 
   !> Whether the sides of an entry may be swapped: its formulation is auto, and its gap does not depend on the place, because such a
   !> gap belongs to the nodes of the deck's first surface.

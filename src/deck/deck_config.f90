@@ -30,8 +30,7 @@ module sig_deck_config
     character(:), allocatable :: name
     !> whether the text contains neither parameters nor coordinates
     logical :: is_constant = .true.
-    logical :: uses_parameters = .false.
-    logical :: uses_coordinates = .false.
+    logical :: uses_parameters = .false., uses_coordinates = .false.
     !> value of the text, if is_constant
     real(rk) :: constant = 0
     integer :: line = 0
@@ -60,8 +59,7 @@ module sig_deck_config
 
   type :: parameter_config_t
     character(:), allocatable :: name
-    real(rk) :: minimum = 0
-    real(rk) :: maximum = 0
+    real(rk) :: minimum = 0, maximum = 0
     !> unit of the parameter, free text for axes and reports; default empty
     character(:), allocatable :: unit
     !> whether an expression of the deck has its name

@@ -37,29 +37,30 @@ module sig_accuracy_warnings
 
 contains
 
-  !> Returns the warnings of a deck: unused_warnings, then material_warnings. Empty without warnings.
+  !> Returns the warnings of a deck: of its parameters, then of its materials. Empty without warnings.
   pure function deck_warnings(deck, mesh, material_of_cell) result(warnings)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
-    !> as for material_warnings
+    !> as for add_material_warnings
     integer, intent(in) :: material_of_cell(:)
     type(string_t), allocatable :: warnings(:)
 
-    warnings = [unused_warnings(deck), material_warnings(deck, mesh, material_of_cell)]
+    allocate (warnings(0))
+    call add_unused_warnings(deck, warnings)
+    call add_material_warnings(deck, mesh, material_of_cell, warnings)
   end function deck_warnings
 
-  !> Returns a warning for each parameter whose name no expression of the deck has. Empty without warnings.
-  pure function unused_warnings(deck) result(warnings)
+  !> Appends a warning for each parameter whose name no expression of the deck has.
+  pure subroutine add_unused_warnings(deck, warnings)
     type(deck_config_t), intent(in) :: deck
-    type(string_t), allocatable :: warnings(:)
+    type(string_t), allocatable, intent(inout) :: warnings(:)
     integer :: i
 
-    allocate (warnings(0))
     do i = 1, size(deck%parameters)
       if (.not. deck%parameters(i)%is_used) call append_text(warnings, 'no expression of the deck uses the parameter ''' // &
         deck%parameters(i)%name // ''': its value changes nothing')
     end do
-  end function unused_warnings
+  end subroutine add_unused_warnings
 
   !> Returns a warning for each contact entry that is open at all points, that is, that has rows and no multiplier above 0. Empty
   !> without warnings.
@@ -82,19 +83,18 @@ contains
     end do
   end function open_contact_warnings
 
-  !> Returns warnings of materials that make the equations (3) inaccurate: one for each material with a Poisson's ratio above 0.49
+  !> Appends warnings of materials that make the equations (3) inaccurate: one for each material with a Poisson's ratio above 0.49
   !> and at least one linear element (not in plane stress), and one if the largest Young's modulus of all materials is more than 1e8
-  !> times the smallest. Values that depend on the parameters are not looked at. Empty without warnings.
-  pure function material_warnings(deck, mesh, material_of_cell) result(warnings)
+  !> times the smallest. Values that depend on the parameters are not looked at.
+  pure subroutine add_material_warnings(deck, mesh, material_of_cell, warnings)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     !> index in deck%materials of each cell of the whole mesh, shape (n_cells)
     integer, intent(in) :: material_of_cell(:)
-    type(string_t), allocatable :: warnings(:)
+    type(string_t), allocatable, intent(inout) :: warnings(:)
     real(rk) :: smallest, largest
     integer :: i
 
-    allocate (warnings(0))
     smallest = huge(smallest)
     largest = 0
     do i = 1, size(deck%materials)
@@ -110,10 +110,10 @@ contains
     end do
     if (largest > largest_contrast * smallest) call append_text(warnings, 'the largest Young''s modulus is ' // &
       short_number(largest / smallest) // ' times the smallest: answers may lose about ' // &
-        lost_digits(largest / smallest) // '; above ' // &
+      lost_digits(largest / smallest) // '; above ' // &
       short_number(largest_contrast) // ' replace the stiff body by an obstacle or by prescribed displacements, and look at ' // &
       'the residuals in the report')
-  end function material_warnings
+  end subroutine add_material_warnings
 
   !> Returns a warning if a residual of the full-order solutions is above 1e-6 or not a number, that is, if (3) does not hold
   !> accurately; empty otherwise.

@@ -4,7 +4,7 @@ module sig_contact_building
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: deck_config_t
-  use sig_direction_notes, only: direction_notes
+  use sig_direction_notes, only: add_direction_notes
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t
   use sig_initial_gap, only: set_initial_gaps
@@ -33,7 +33,7 @@ contains
     type(boundary_conditions_t), intent(in) :: boundary
     type(term_set_t), intent(inout) :: terms
     type(contact_rows_t), intent(out) :: rows
-    !> a sentence for each entry with mortar rows: why it has no pairs, and what was found; then direction_notes
+    !> a sentence for each entry with mortar rows: why it has no pairs, and what was found; then those of add_direction_notes
     type(string_t), allocatable, intent(out) :: notes(:)
     !> the multipliers of the entry sit on its second surface, which only mortar rows can do; shape (size(deck%contact))
     logical, intent(out) :: is_swapped(:)
@@ -50,7 +50,7 @@ contains
     if (allocated(error)) return
     call create_node_pair_rows(pairs, areas_of_pairs(mesh, body, deck%contact, pairs), terms%n_terms(), pair_rows)
     call add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
-    notes = [notes, direction_notes(mesh, deck%path, deck%contact)]
+    call add_direction_notes(mesh, deck%path, deck%contact, notes)
   end subroutine build_contact_rows
 
   !> Adds the mortar rows of all entries without pairs, in the deck's order. If an entry is refused and another entry may make it

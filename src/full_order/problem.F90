@@ -21,7 +21,7 @@ module sig_problem
   use sig_lifted_strains, only: lift_strains
   use sig_load_windows, only: check_fixed_windows, window_warnings
   use sig_loads, only: create_loads
-  use sig_log, only: log_info, log_warning
+  use sig_log, only: log_info, log_warnings
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
@@ -198,13 +198,11 @@ contains
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    type(string_t), allocatable :: lines(:)
-    integer :: i
+    type(string_t), allocatable :: more(:)
 
-    lines = [problem%warnings, window_warnings(problem%deck, problem%mesh, points)]
-    do i = 1, size(lines)
-      call log_warning(lines(i)%text)
-    end do
+    call log_warnings(problem%warnings)
+    more = window_warnings(problem%deck, problem%mesh, points)
+    call log_warnings(more)
   end subroutine warn_of_plan
 
   !> Checks that the mesh has the zones of interest and the boundaries with exact displacements, because otherwise the error would

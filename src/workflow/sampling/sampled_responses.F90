@@ -228,7 +228,7 @@ contains
     self%is_solved = is_solved > 0
   end subroutine share
 
-  !> Logs how the other points are solved, and the error of the responses; warns if the responses cannot be used.
+  !> Logs how the other points are solved, and the error of the responses; says why, if the responses cannot be used.
   subroutine tell(self, error)
     class(sampled_responses_t), intent(in) :: self
     !> of interpolate_responses
@@ -240,9 +240,9 @@ contains
       call log_warning('the responses of the bodies, which would save factorizations, cannot be used, so each point is solved ' // &
         'with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      call log_warning('responses from one factorization should be exact, but they give ' // text // &
-        ' with a relative error of ' // short_number(self%reduced%measured_error) // '; so each point is ' // &
-        'solved with its own stiffness, which is exact but takes longer')
+      call log_info('note: the responses from one factorization give ' // text // ' with a relative error of ' // &
+        short_number(self%reduced%measured_error) // ', above ' // short_number(rounding) // '; so each point is solved ' // &
+        'with its own stiffness, which takes longer')
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // &

@@ -8,7 +8,7 @@ module sig_training
   use sig_clustering, only: cluster_t
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_hhr_data, only: hhr_data_t
-  use sig_log, only: log_warning
+  use sig_log, only: log_warning, log_warnings
   use sig_model, only: model_t
   use sig_model_parts, only: set_clusters
   use sig_model_header, only: fill_model_header
@@ -94,8 +94,6 @@ contains
       warnings = open_contact_warnings(problem%deck, problem%rows, &
         snapshots%multipliers(:, pack([(i, i=1, size(is_solved))], is_solved)))
     end associate
-    do i = 1, size(warnings)
-      call log_warning(warnings(i)%text)
-    end do
+    call log_warnings(warnings)
   end subroutine warn_of_snapshots
 end module sig_training

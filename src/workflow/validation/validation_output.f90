@@ -7,7 +7,7 @@ module sig_validation_output
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
   use sig_kinds, only: rk
-  use sig_log, only: log_warning
+  use sig_log, only: log_warnings
   use sig_model, only: model_t
   use sig_parameter_space, only: format_point
   use sig_answer, only: bound_text, method_name, n_answer_methods
@@ -116,12 +116,9 @@ contains
   subroutine warn_of_errors(outcome)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
-    integer :: i
 
     warnings = validation_warnings(outcome)
-    do i = 1, size(warnings)
-      call log_warning(warnings(i)%text)
-    end do
+    call log_warnings(warnings)
   end subroutine warn_of_errors
 
   !> Returns the warnings of error_warnings (e_u, e_lambda_rid and e_lambda_all that are large or could not be measured), and
