@@ -13,9 +13,9 @@
  *     signorom_close(model);
  *
  * Every call that can fail returns a signorom_code. A call returns SIGNOROM_BAD_ARGUMENT (null, if it returns a text)
- * where the model or the context is null or was not made successfully; but then signorom_model_message and
- * signorom_message tell the reason. A model keeps the message of a failed
- * signorom_open, a context the message of the last failed call with it; other calls with a model leave no message.
+ * where the model or the context is null or was not made successfully. Only signorom_model_message and signorom_message
+ * return the reason for one that was not made successfully. A model keeps the message of a failed signorom_open, a
+ * context the message of the last failed call with it; other calls with a model leave no message.
  * There are no global variables. Several threads may use one model if each thread has its own context; only one thread
  * at a time may use a context. Only one thread of the process at a time may make or free models and contexts. Numbers
  * of nodes, contacts and clusters count from 0. Arrays belong to the caller, texts to the model or the context. Calls
@@ -39,8 +39,9 @@ typedef struct signorom_context signorom_context;
 typedef enum {
   SIGNOROM_OK = 0,
   SIGNOROM_NO_ANSWER = 1,    /* no answer at this point, or the model does not have what the call asks for */
-  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a number out of its range, or no answer before this call */
-  SIGNOROM_BAD_MODEL = 3,    /* the file is missing, damaged, newer or no model, or the model cannot answer */
+  SIGNOROM_BAD_ARGUMENT = 2, /* a null pointer, a wrong number or size, or no answer before this call */
+  SIGNOROM_BAD_MODEL = 3,    /* the file is missing, damaged, no model or of a newer version, or the model
+                                cannot answer */
   SIGNOROM_NO_MEMORY = 4     /* no memory for the handle, which is null then; so there is no message */
 } signorom_code;
 
@@ -62,8 +63,8 @@ typedef enum {
   SIGNOROM_TEXT_CODE_VERSION = 3,
   SIGNOROM_TEXT_DECK = 4,        /* deck of the training with all defaults, YAML */
   SIGNOROM_TEXT_DESCRIPTION = 5, /* the text that `signorom describe` prints */
-  SIGNOROM_TEXT_STRESS_UNIT = 6, /* unit of stresses and pressures; empty where the model gives no fields */
-  SIGNOROM_TEXT_AREA_UNIT = 7,   /* unit of contact areas; empty where the model gives no fields */
+  SIGNOROM_TEXT_STRESS_UNIT = 6, /* unit of stresses and pressures; empty where the model keeps no mesh */
+  SIGNOROM_TEXT_AREA_UNIT = 7,   /* unit of contact areas; empty where the model keeps no mesh */
   SIGNOROM_TEXT_KIND = 8,        /* kind of the reduced model: condensed, interpolated, tied or hhr */
   SIGNOROM_TEXT_VERDICT = 9      /* verdict of the validation; begins with "NOT accepted" if the model is not good
                                     enough; empty before a validation */
@@ -95,15 +96,16 @@ typedef struct {
 
 /* An answer at one point. Set `size` before the call: `signorom_answer answer = SIGNOROM_ANSWER;`. Later versions
  * append members. A program that was compiled with an older header gives its smaller size here, and the library does
- * not write the members beyond it. A structure filled with zeros counts as one of the first version, whose last member
- * is n_solutions. */
+ * not write the members beyond it. A single structure filled with zeros counts as one of the first version, whose last
+ * member is n_solutions; in an array of several answers the size must be set. */
 typedef struct {
   size_t size;           /* sizeof(signorom_answer) */
   int code;              /* SIGNOROM_OK or SIGNOROM_NO_ANSWER */
   int method;            /* signorom_method */
   int cluster;           /* cluster that the choice selected; the full-order operator may have answered in its place */
   int n_modes;           /* number of reduced coordinates of this cluster */
-  int n_domain_contacts; /* number of contacts in its reduced integration domain; all contacts for other kinds */
+  int n_domain_contacts; /* number of contacts in its reduced integration domain; in a model that is not
+                            hyper-reduced, number of all contacts */
   int n_active;          /* number of these contacts that are closed, that is, carry a force */
   int n_iterations;      /* number of linear solves and pivots */
   int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
@@ -120,16 +122,16 @@ typedef struct {
   int n_solutions;
   /* Bound of the error of the contact forces: |f - f_full| <= bound [sqrt(force * length)]. f holds the forces of all
    * contacts, and the norm is that of the energy that they store in the bodies. relative_bound is the bound divided by
-   * the size of f, or by a thousandth of the largest size in training where that is larger; a relative bound of at most
-   * 1e-12 means an exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound. DBL_MAX: the error may be of any
-   * size. Without an answer this may be the bound for which the model refused one. */
+   * the size of f, or by a thousandth of the largest size in training where that is larger; from 0 to 1e-12 it means an
+   * exact answer. SIGNOROM_NO_BOUND: the model cannot give a bound, or, for relative_bound only, all these sizes are 0.
+   * DBL_MAX: the error may be of any size. Without an answer this may be the bound for which the model refused one. */
   double bound;
   double relative_bound;
   /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid
    * motions of bodies that only contact holds are left out. relative_displacement_bound is the bound divided by the
    * size of u, or by a thousandth of the largest size in training where that is larger. Only models of the kind
-   * interpolated whose displacements come from modes have these bounds. SIGNOROM_NO_BOUND: the model cannot give a
-   * bound. DBL_MAX: the error may be of any size. */
+   * interpolated whose displacements come from modes have these bounds. SIGNOROM_NO_BOUND and DBL_MAX mean the same as
+   * above. */
   double displacement_bound;
   double relative_displacement_bound;
 } signorom_answer;
@@ -172,9 +174,9 @@ int signorom_get_parameter(const signorom_model *model, int i, const char **name
  * 1] first: its last entry is the length n of the other arrays. tags [n] are the node tags of the mesh file;
  * coordinates [n][n_dimensions] are the places of the nodes; weights [n] are the shares of the contact's force on each
  * node, which sum up to 1 and may be negative. On side 0 the force and the multiplier of a contact belong to its first
- * node. For the node in the middle of a side of a face with six or eight nodes, the corners at both ends of this side
- * have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share nodes. Any array
- * may be null. SIGNOROM_BAD_ARGUMENT: `side` is neither 0 nor 1. */
+ * node. Where this first node is in the middle of a side of a face with six or eight nodes, the corners at both ends of
+ * this side have the share -1/3 each. On side 1 a rigid obstacle has no node, and neighboring contacts may share nodes.
+ * Any array may be null. SIGNOROM_BAD_ARGUMENT: `side` is neither 0 nor 1. */
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
 /* Gives the areas of the contacts [n_contacts]; in plane models they are lengths. Contact pressure = contact force /
@@ -244,8 +246,9 @@ int signorom_query_many(signorom_context *context, int n, const double *points, 
                         double *multipliers);
 
 /* The caller's arrays for the answers at n points; a null pointer leaves an array out. In all arrays but `answers`,
- * numbers are NaN where a point has no answer or a node no displacement. Set `size` before the call: `signorom_arrays
- * arrays = SIGNOROM_ARRAYS;`. */
+ * numbers are NaN where a point has no answer or a node no displacement; but the resultants of an entry without
+ * contacts (all its pairs are inert) are always 0. Set `size` before the call: `signorom_arrays arrays =
+ * SIGNOROM_ARRAYS;`. */
 typedef struct {
   size_t size;              /* sizeof(signorom_arrays) */
   signorom_answer *answers; /* [n]; the size of the first one holds for all */
@@ -283,8 +286,8 @@ int signorom_get_domain_multipliers(const signorom_context *context, double *mul
  * full-order operator bounds the error (certificate.max_error of the deck), if the others can balance the loads. */
 int signorom_get_multipliers(const signorom_context *context, double *multipliers);
 /* Gives the reduced coordinates of the last answer, in the unit of lengths: [n_modes] of that signorom_answer, which
- * differs between clusters and may be 0. Where the full-order operator answered, they are those of the chosen cluster
- * under its forces; NaN if they do not exist. */
+ * differs between clusters and may be 0. Where the full-order operator answered, they are the coordinates of the
+ * cluster that the choice selected, under the forces of the operator; NaN if these coordinates do not exist. */
 int signorom_get_coordinates(const signorom_context *context, double *coordinates);
 /* Gives the displacement of all nodes in the last answer [n_nodes][n_dimensions]; NaN for a node whose displacement the
  * model does not give (reduction.displacement of the deck). SIGNOROM_NO_ANSWER: the model gives contact forces only. */
@@ -295,8 +298,8 @@ int signorom_get_displacement(const signorom_context *context, double *displacem
  * answer. */
 int signorom_get_displacement_at(signorom_context *context, int n, const int *nodes, double *displacement);
 
-/* Fields. A model gives fields if its deck has `reduction: {fields: true}` and its kind is not tied. For other models
- * the calls that read fields return SIGNOROM_NO_ANSWER. */
+/* Fields. A model keeps its mesh if its deck has `reduction: {fields: true}`. Then it also gives fields, unless its
+ * kind is tied: a tied model has only the mesh. */
 
 /* Gives the number of cells, of nodes of all cells together, of regions, of facets of the surfaces that carry the
  * contact forces, and of nodes of all these facets together. They are 0 where the model keeps no mesh. Any pointer may
@@ -318,8 +321,8 @@ int signorom_get_contact_facets(const signorom_model *model, int *starts, int *n
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
  * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. After a
  * query the first of this call and the next two computes all fields; the others copy them. All three return
- * SIGNOROM_NO_ANSWER where the model gives no fields, or where an elastic constant or an imposed strain has no value at
- * the point. */
+ * SIGNOROM_NO_ANSWER where the model gives no fields, or where the point is not possible for a material: an elastic
+ * constant or an imposed strain has no finite value, or Hooke's matrix is not finite. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
                           double *nodal_von_mises);
 /* Gives the strains that temperatures and swelling impose at the point of the last answer, as means over the cells
@@ -342,9 +345,9 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps
  * the full-order operator gives the derivatives of the full-order solution, and not those of its own answer. The call
  * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this operator has no answer
- * at the point; if a load (whole_edges) or an expression jumps or has no value on this side of the point; and if the
- * forces are not unique. It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per
- * parameter. */
+ * at the point; if a load (whole_edges) or an expression jumps, has no finite slope or has no value on this side of the
+ * point; if the forces are not unique; and if contacts that touch without a force leave no solution beside the point.
+ * It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

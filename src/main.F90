@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Starts PETSc, runs one command, ends with its exit code.
+!> Starts PETSc, runs one command, and ends with the exit code of this command, or with 1 after an internal error.
 program signorom
   use mpi, only: MPI_Abort, MPI_COMM_WORLD
   use sig_commands, only: run_command
@@ -11,7 +11,8 @@ program signorom
   use sig_signals, only: install_stop_signals
   use sig_text, only: string_t
   implicit none(type, external)
-  !> [s] a process that a signal asked to stop may finish its points for so long
+  !> [s] after a stop signal the process may work on for this time before it is ended by force; start_petsc shortens the time where
+  !> there are several ranks
   real(rk), parameter :: stop_grace = 1
   type(string_t), allocatable :: arguments(:)
   integer :: exit_code, ierr, ierr_abort

@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """House rules that no linter knows (CONTRIBUTING.md has the reasons).
 
-Fails on: a missing SPDX line, `use` without `only` (petsc, slepc and the test frameworks apart), a local ierr,
-a PETSc macro behind a one-line if, a continued PetscCall, a stop outside main, bind(c) outside its homes, a line
-over 132 characters. Lists files above 400 lines and procedures above 60 without failing.
+Fails on a missing SPDX line, and in Fortran on: `use` without `only` (petsc, slepc and the test frameworks apart), a
+local ierr, a PETSc macro behind a one-line if, a PETSc macro on several lines, a stop outside main, bind(c) outside its
+homes, a line over 132 characters that has no PETSc macro. Tests may have a local ierr, stop and bind(c). Lists Fortran
+and C files above 400 lines and Fortran procedures above 60 without failing.
 """
 
 import re
@@ -90,9 +91,9 @@ def check_fortran(path, lines):
 
 
 def long_procedures(path, lines):
-    """Yields a finding for each procedure longer than MAX_PROCEDURE, those that it contains included.
+    """Yields a finding for each procedure of more than MAX_PROCEDURE lines.
 
-    Headings in interfaces do not count.
+    The procedures that it contains count as its lines. Headings in interfaces are no procedures.
     """
     starts = []
     is_in_interface = False

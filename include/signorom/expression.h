@@ -10,18 +10,18 @@ enum {
   SIG_EXPRESSION_OK = 0,
   SIG_EXPRESSION_NO_MEMORY = 1,
   SIG_EXPRESSION_BAD_NAME = 2,     /* a variable's name is no identifier or belongs to muParser */
-  SIG_EXPRESSION_UNKNOWN_NAME = 3, /* token holds it */
-  SIG_EXPRESSION_SYNTAX = 4,       /* message holds a sentence */
+  SIG_EXPRESSION_UNKNOWN_NAME = 3, /* `token` is this name */
+  SIG_EXPRESSION_SYNTAX = 4,       /* `message` is a sentence about it */
   SIG_EXPRESSION_SEVERAL = 5       /* "a, b": more than one value */
 };
 
 typedef struct sig_expression sig_expression;
 
 /* Compiles a text of `text_length` bytes over `n_names` variables, whose names stand in `names` as consecutive fields
-   of `name_width` bytes padded with blanks; `places` says where (0-based) the value of each stands among those that
-   sig_expression_evaluate gets, so that names which do not occur need not be given. Returns a code from above. On
-   SIG_EXPRESSION_OK *expression must be freed; else it is NULL, *position is the 0-based place in the text (-1 unknown)
-   and `token`, `message` hold null-terminated texts of at most `size` bytes. */
+   of `name_width` bytes padded with blanks. places[i] is the 0-based place of the value of name i in the `values` of
+   sig_expression_evaluate, which may have values of other names, too. Returns a code from above. On SIG_EXPRESSION_OK
+   *expression must be freed; else it is NULL, *position is the 0-based place in the text (-1 unknown), and `token` and
+   `message` are null-terminated texts of at most `size` bytes. */
 int sig_expression_create(const char *text, size_t text_length, const char *names, size_t name_width, int n_names,
                           const int *places, sig_expression **expression, int *position, char *token, char *message,
                           size_t size);

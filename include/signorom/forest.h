@@ -17,8 +17,9 @@ typedef struct {
   const double *values;
 } sig_forest;
 
-/* Checks a forest. Returns 0 when it is valid, -1 when the starts of the trees are not ascending from 0, or 1 + the
- * number of the first node with an invalid feature or child. In a valid forest every walk ends in a leaf. */
+/* Checks a forest. Returns 0 when it is valid, -1 when there is no tree, no class or the starts of the trees do not
+ * ascend from 0, or 1 + the number of the first node with an invalid feature or child. In a valid forest every walk
+ * ends in a leaf. */
 int sig_forest_check(const sig_forest *forest);
 
 /* Computes the mean share of each class over the trees, votes (n_classes), at a point (n_features). The function

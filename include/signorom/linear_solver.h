@@ -9,10 +9,11 @@
 enum { SIG_LINEAR_CHOLESKY = 1, SIG_LINEAR_GAMG = 2 };
 enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
 
-/* Makes `matrix` (symmetric AIJ of full blocks, not changed, kept alive) ready. `kind` and `reason` are of the above;
-   `message` (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise. Workspace failures of
-   MUMPS (INFOG(1) = -8, -9) are retried with twice the memory. Errors inside PETSc, which wrong options cause, are
-   failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy. */
+/* Makes `matrix` (symmetric AIJ of full blocks, not changed, kept alive) ready. `kind` and `reason` are values of the
+   enumerations above; `message` (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise.
+   Workspace failures of MUMPS (INFOG(1) = -8, -9) are retried with twice the memory. Errors inside PETSc, which wrong
+   options cause, are failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy.
+ */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
 /* Makes the KSP solve with `matrix` = T' K T from now on, where some unknowns are held. The entries of `matrix` may be

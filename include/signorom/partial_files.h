@@ -17,8 +17,8 @@ void sig_forget_partial_file(const char *name, size_t length);
 void sig_begin_writing(void);
 void sig_end_writing(void);
 
-/* Call this after a failed operation on a file. It does not return where the process is ending, because its partial
- * files are removed then. */
+/* Call this after a failed operation on a file. If a signal is ending the process, it does not return: the operation
+ * may have failed only because the partial files were removed. */
 void sig_let_end_pass(void);
 
 /* Removes all noted files. It waits up to `seconds` for threads that are between sig_begin_writing and sig_end_writing.

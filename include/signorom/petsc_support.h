@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* PETSc corners that are safer from C: start and end, options, matrices with exact preallocation.
    A PETSc object crosses the border as its pointer in an intptr_t (component %v of the Fortran handle).
-   Every function returns a PETSc error code, 0 = success. */
+   Functions return a PETSc error code, 0 = success, unless they say otherwise. */
 #ifndef SIGNOROM_PETSC_SUPPORT_H
 #define SIGNOROM_PETSC_SUPPORT_H
 #include <stdint.h>

@@ -43,7 +43,7 @@ int sig_shard_read(const sig_shard *shard, int64_t i_record, double *values);
  * SIG_SHARD_GONE: the file is no longer at its path; nothing was written. */
 int sig_shard_append(sig_shard *shard, int64_t n_records, double *values);
 
-/* Writes the appended records to the disk and frees the handle, even after a failure; null is allowed. SIG_SHARD_GONE
- * as for sig_shard_append. */
+/* Writes the appended records to the disk and frees the handle, even after a failure; null is allowed. SIG_SHARD_GONE:
+ * a file that was opened for writing is no longer at its path. */
 int sig_shard_close(sig_shard *shard);
 #endif

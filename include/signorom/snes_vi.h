@@ -11,8 +11,8 @@ enum { SIG_VI_DONE = 1, SIG_VI_MAX_ITERATIONS = -1, SIG_VI_LINEAR_SOLVER = -3, S
    residual numbers of order one, because SNESVI's own tolerances are absolute. `upper` is given in units of
    length_scale, with PETSC_INFINITY where there is no bound. Linear systems are factored, or solved by conjugate
    gradients with GAMG where `is_multigrid` is not 0 (PETSc 3.19 or later). Errors inside PETSc, which wrong options
-   cause, are a failure of the linear solver. If max_iterations full steps do not do, the problem is solved again from
-   the start with a line search, by up to as many iterations; `n_iterations` is the sum of both. */
+   cause, are a failure of the linear solver. If max_iterations full steps are not enough, the problem is solved again
+   from the start with a line search, by up to as many iterations; `n_iterations` is the sum of both. */
 int sig_snes_vi_solve(intptr_t matrix, intptr_t rhs, intptr_t upper, double length_scale, double force_scale,
                       int is_multigrid, int max_iterations, intptr_t solution, int *n_iterations, int *reason);
 #endif

@@ -3,8 +3,8 @@
 #ifndef SIG_THREADS_H
 #define SIG_THREADS_H
 
-/* Calls work(i, data) for i = 0 .. n - 1 at the same time and waits for all. Where a thread cannot be started, the
- * calling thread does its share. */
+/* Calls work(i, data) for i = 0 .. n - 1, n >= 1, each in a thread of its own, and waits for all. Where a thread cannot
+ * be started, the calling thread does its share. */
 void sig_run_threads(int n, void (*work)(int i, void *data), void *data);
 
 /* Returns the number of processors that this process may use, at least 1. */

@@ -78,7 +78,7 @@ contains
 
   !> Returns a row of --help, with line ends: two blanks, the name, and the meaning, which fills lines of text_width characters and
   !> begins behind the first `column` characters of each. Behind a name that is too long for this it begins after one blank, and the
-  !> first line may be longer. An empty name leaves blanks.
+  !> first line may be longer. If the name is empty, `column` blanks stand in its place.
   pure function row(name, meaning, column) result(text)
     character(*), intent(in) :: name, meaning
     integer, intent(in) :: column
@@ -96,7 +96,7 @@ contains
     text = text // rest // nl
   end function row
 
-  !> Returns the manual page in the language of man(7), for this version of the program.
+  !> Returns the manual page in the language of man(7). Its head names the given version of the program.
   function manual_page(version) result(text)
     character(*), intent(in) :: version
     character(:), allocatable :: text

@@ -14,7 +14,7 @@ module sig_command_line
     character(:), allocatable :: name
     !> help: the command whose help is wanted; empty for that of the program
     character(:), allocatable :: topic
-    !> path of the deck, of the mesh (init) or of the model (predict, describe)
+    !> path of the deck, of the mesh (init) or of the model (predict, describe); not used for help and version
     character(:), allocatable :: file
     !> point as `a=1,b=2`; empty without --at
     character(:), allocatable :: at
@@ -241,7 +241,7 @@ contains
         '(--at a=1,b=2) or name a file of points (--points points.csv); signorom describe ' // command%file // &
         ' names the parameters')
     else if (file_kinds(file_kind_of(command%name))%name /= 'DECK' .and. command%petsc_options /= '') then
-      call make_error(error, command%name // ' works without PETSc and takes no option with one hyphen:' // command%petsc_options)
+      call make_error(error, command%name // ' works without PETSc and takes none of its options:' // command%petsc_options)
     else if (command%name == 'check' .and. command%at /= '' .and. .not. command%has_fields) then
       call make_error(error, 'check takes --at only together with --fields')
     end if

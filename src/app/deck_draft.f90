@@ -31,7 +31,7 @@ contains
     character(:), allocatable :: text
 
     text = '# Made by `signorom init`. Replace every ' // placeholder // ', then ask: signorom check ' // deck_file // &
-      ' --fields' // nl // '# What decks know stands in input/README.md.' // nl // &
+      ' --fields' // nl // '# All keys of decks are listed in input/README.md.' // nl // &
       'title: ' // yaml_text(base_name(mesh_file)) // nl // nl // &
       '# Numbers below carry these units: with mm and N, moduli and pressures are in MPa.' // nl // &
       'units: {length: mm, force: N}' // nl // nl // mesh_section(mesh, mesh_file) // nl // &
@@ -142,8 +142,9 @@ contains
     do i = 1, size(pairs)
       associate (pair => pairs(i), groups => mesh%groups)
         text = text // '  - {first: ' // yaml_text(groups(pair%first)%name) // ', second: ' // &
-          yaml_text(groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}  # ' // to_text(nint(100 * pair%share)) // &
-          ' % of the first one, gap about ' // short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2)) // nl
+          yaml_text(groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}  # ' // &
+          to_text(nint(100 * pair%share)) // ' % of the first surface faces the second, gap about ' // &
+          short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2)) // nl
       end associate
     end do
   end function contact_section

@@ -27,11 +27,11 @@ module sig_predict
   private
   public :: predict
 
-  !> number of points that are read, answered and written at a time
+  !> largest number of points that are read, answered and written at a time
   integer, parameter :: block_size = 2000
 
   !> warning for those who read the table on the terminal
-  character(*), parameter :: lines_missing = 'stopped by a signal; the answers of the last points are missing'
+  character(*), parameter :: lines_missing = 'stopped by a signal; answers may be missing at the end of the table'
 
 contains
 
@@ -40,8 +40,9 @@ contains
   !> --points. Collective on all ranks, which all get the exit code.
   !>
   !> Errors are printed and give the exit code: the model or the points cannot be read; the model cannot answer, or has no fields
-  !> (--fields only); a point is outside of the trained box (--strict only); a file cannot be written. Other exit codes: a point has
-  !> no answer (3), a signal (130); after a signal no file is written.
+  !> (--fields only); a point is outside of the trained box (--strict only); the table or a file cannot be written. Other exit
+  !> codes: a point has no answer (3), a signal (130). After a signal there are no new files, and a table that goes to the terminal,
+  !> a device or a pipe may lack its last lines.
   subroutine predict(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -177,7 +178,7 @@ contains
       do i = 1, block%n_points
         if (block%is_outside(i)) then
           if (n_outside == 0) call log_warning(outside_text(block%online%model, block%points(:, i)) // &
-            '; the answer is an extrapolation')
+            '; an answer there is an extrapolation')
           n_outside = n_outside + 1
         end if
         call table%write_line(block%line(i), error)
@@ -204,7 +205,7 @@ contains
     if (command%output == '') then
       call log_warning(lines_missing)
     else
-      call log_info('stopped by a signal; no file was written')
+      call log_info('stopped by a signal; no file was written; if --output is a device or a pipe, answers may be missing there')
     end if
   end subroutine say_stopped
 

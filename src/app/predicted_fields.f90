@@ -14,7 +14,7 @@ module sig_predicted_fields
   private
   public :: predicted_fields_t, fields_folder
 
-  !> Call `create`, then `add` for each point, then `close`; without `close` nothing is written.
+  !> Call `create`, then `add` for each point, then `close`; without `close` there are no new files.
   type :: predicted_fields_t
     private
     logical :: is_used = .false.
@@ -97,8 +97,8 @@ contains
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add
 
-  !> Closes the files, unless there is an error already: then the new files are dropped, and the error stays. Does nothing without
-  !> create. Errors: the first failure since create.
+  !> Closes the files, which then get their names. If there is an error already, the error stays and there are no new files. Does
+  !> nothing without create. Errors: the first failure since create.
   subroutine close_fields(self, error)
     class(predicted_fields_t), intent(inout) :: self
     type(error_t), allocatable, intent(inout) :: error

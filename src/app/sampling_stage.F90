@@ -71,8 +71,7 @@ contains
   end subroutine sample_candidates
 
   !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
-  !> converge (with a warning). Without an error or a signal it also warns if motion_warning
-  !> has a text.
+  !> converge (with a warning). Without an error or a signal it also warns if motion_warning has a text.
   subroutine tell_sampled(session, outcome, text, error)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
@@ -88,8 +87,8 @@ contains
     else
       if (outcome%n_failed > 0) then
         call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point fails; ' &
-          // 'the same command tries only these again: where loads pull a body off its contacts, change loads or ranges ' // &
-          'first, otherwise the section solver, for example max_iterations or type')
+          // 'the same command tries these again, so change the deck first: loads or ranges, where loads pull a body off its ' // &
+          'contacts; otherwise the section solver, for example max_iterations or type')
         session%exit_code = exit_not_converged
       end if
       warning = motion_warning(outcome%rotation, outcome%deformation)
@@ -113,7 +112,7 @@ contains
     text = text // ': '
   end function sampled_text
 
-  !> Returns how many points an earlier command had solved: `0 were there`, `1 was there`.
+  !> Returns of how many points the store had a converged solution already: `0 were there`, `1 was there`.
   pure function found_text(outcome) result(text)
     type(sampling_result_t), intent(in) :: outcome
     character(:), allocatable :: text

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The begin and the end of every command on a deck: one rank reads the deck for all, PETSc gets its options, the results folder is
-!> locked, and user errors are printed once.
+!> The begin and the end of every command on a deck: one rank reads the deck for all, PETSc gets its options, claim_folder locks the
+!> results folder, and user errors are printed once.
 module sig_session
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
@@ -9,7 +9,7 @@ module sig_session
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
   use sig_error_broadcast, only: broadcast_error, broadcast_text
-  use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, exit_user, make_error
+  use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
   use sig_full_order, only: full_order_t
   use sig_kinds, only: rk
@@ -31,9 +31,9 @@ module sig_session
     character(:), allocatable :: folder
     integer :: rank = 0
     integer :: exit_code = exit_success
-    !> an error was printed, so no further stage may run
+    !> fail was called, so no further stage may run
     logical :: has_failed = .false.
-    !> the planned solver was logged
+    !> the planned solver was logged, or the sampling stage has run, which logs it where it solves points
     logical :: has_plan = .false.
     !> the command is run: the report keeps nothing of earlier commands
     logical :: is_whole_run = .false.
@@ -149,7 +149,7 @@ contains
   !> Frees the problem and unlocks the results folder. Collective on all ranks.
   !>
   !> Errors are printed and set exit_code: an option of PETSc was not used, although it is not for another command or solver. Unused
-  !> options are not looked for after an error of the user (exit code 2) or a signal.
+  !> options are not looked for after an error or a signal.
   subroutine close(self, command, ierr)
     class(session_t), intent(inout) :: self
     type(command_t), intent(in) :: command
@@ -160,7 +160,7 @@ contains
     integer :: i
 
     ! a run that ended early has not come to all options
-    flags(1, 1) = merge(1, 0, self%exit_code == exit_user .or. self%exit_code == exit_stopped)
+    flags(1, 1) = merge(1, 0, self%has_failed .or. self%exit_code == exit_stopped)
     flags(2, 1) = self%full_order%n_solved()
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, flags, ierr))
     PetscCall(self%full_order%destroy(ierr))
@@ -171,7 +171,7 @@ contains
       if (is_for_another_command(options(i)%text, command, self%deck%solver%type, flags(2, 1) > 0)) cycle
       call make_error(error, 'the PETSc option ' // options(i)%text // ' was not used; the command ran to its end without it', &
         hint='check its name (options of signorom begin with two hyphens); solver.type condensed reads -fom_, ' // &
-        'active_set -active_set_, snesvi -vi_; train reads -pod_')
+        'active_set -active_set_, snesvi -vi_; train reads -pod_ if the model needs modes')
       call self%fail(error)
     end do
   end subroutine close

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The stages train, validate and fields of a study. Each reads the file of the stage before from the results folder and writes its
-!> own.
+!> The stages train, validate and fields of a study. Training reads the snapshots from the results folder. Validation reads the
+!> model that training has written there, and so does the stage fields of the command run.
 module sig_study
   use sig_deck_echo, only: differing_setting
   use sig_enrichment_table, only: write_enrichment_table
@@ -54,8 +54,8 @@ module sig_study
 
 contains
 
-  !> Ends the session with session%stop if a signal came, unless it has failed or was stopped already; call it between two stages.
-  !> What earlier stages wrote stays. Collective on all ranks.
+  !> Ends the session with session%stop if a signal came, unless the session has failed or was stopped already. What earlier stages
+  !> wrote stays. Collective on all ranks.
   subroutine stop_if_asked(session, ierr)
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -69,10 +69,10 @@ contains
   !> Trains the model: reads snapshots.h5; writes model.h5, enrichment.csv, refinement.csv (only after a refinement) and the report.
   !> Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of read_snapshots
-  !> and build_model; a file cannot be written. If only some training points have a solution, the model is made of these, and the
-  !> exit code is that of "not converged". A signal before the training, during a refinement or while a forest is trained ends the
-  !> stage without a new model.
+  !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of read_snapshots,
+  !> build_model and keep_fields; a file cannot be written. If only some training points have a solution, the model is made of
+  !> these, and the exit code is that of "not converged". A signal before the training, during a refinement or while a forest is
+  !> trained ends the stage without a new model.
   subroutine train_stage(session, report, ierr)
     type(session_t), intent(inout) :: session
     type(run_report_t), intent(inout) :: report
@@ -180,7 +180,7 @@ contains
       return
     end if
     if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
-      counted(size(is_missing), 'training point') // ' of the deck', snapshots_path(session%folder), hint=hint)
+      counted(size(is_missing), 'training point'), snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
 
   !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.

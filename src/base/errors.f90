@@ -14,10 +14,10 @@ module sig_errors
   integer, parameter :: exit_user = 2
   !> exit code: a numerical method ended without an answer
   integer, parameter :: exit_not_converged = 3
-  !> exit code: a signal ended the command; the same command continues the work
+  !> exit code: a signal ended the command; the same command continues the work or repeats it
   integer, parameter :: exit_stopped = 130
 
-  !> An error that the user can correct or, with exit_not_converged, should know.
+  !> An error for the user, who can correct it if exit_code is exit_user.
   type :: error_t
     !> complete sentence: what is wrong, where, and what is allowed
     character(:), allocatable :: message
@@ -43,8 +43,8 @@ module sig_errors
 
 contains
 
-  !> Allocates and fills an error; the caller returns right afterwards. File and hint are empty, and line and column 0, if they are
-  !> not given; the exit code is exit_user (2) by default.
+  !> Allocates and fills an error. File and hint are empty, and line and column 0, if they are not given; the exit code is exit_user
+  !> (2) by default.
   pure subroutine make_error(error, message, file, line, column, hint, exit_code)
     type(error_t), allocatable, intent(out) :: error
     character(*), intent(in) :: message

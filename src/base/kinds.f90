@@ -8,6 +8,6 @@ module sig_kinds
 
   !> kind of every real number of the code
   integer, parameter :: rk = real64
-  !> kind of integers for hashes and file offsets
+  !> kind of integers that need 64 bits, such as hashes and numbers of bytes
   integer, parameter :: lk = int64
 end module sig_kinds

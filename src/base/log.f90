@@ -81,7 +81,7 @@ contains
     if (is_log_shown()) call say(standard_error, text, ignored)
   end subroutine log_note
 
-  !> Writes a line to the log file only, because the terminal shows the same information in another form.
+  !> Writes a line with the date to the log file, if there is one. The terminal gets nothing.
   subroutine log_to_file_only(text)
     character(*), intent(in) :: text
     character(:), allocatable :: line

@@ -7,8 +7,8 @@
 #include <time.h>
 #include <unistd.h>
 
-/* Names of all partial files of the process, because its end removes all of them. There are never more than a few at a
- * time. A file for which the list has no room is not removed when the process is ended. */
+/* Names of the partial files of the process. They are removed when a signal ends the process by force. There are never
+ * more than a few at a time. A file for which the list has no room is not removed. */
 enum { MAX_FILES = 16 };
 static char *partial_files[MAX_FILES];
 static pthread_mutex_t files_lock = PTHREAD_MUTEX_INITIALIZER;

@@ -59,7 +59,7 @@ contains
   end subroutine start
 
   !> Sets the number of steps that are done. If 0.1 s have passed since the last drawing, draws the bar again and, at most every
-  !> 10 s, writes a line to the log file only. Without a bar, writes a log line if 10 s have passed since the last one.
+  !> 10 s, writes a line to the log file only. Without a bar, writes a log line if 10 s have passed since the start or the last one.
   subroutine advance(self, n_done)
     class(progress_t), intent(inout) :: self
     !> steps done since start

@@ -24,7 +24,7 @@ module sig_reasons
   integer, parameter, public :: reason_bad_term = -12
   !> the certificate does not reach certificate.max_error, and the model has no better answer
   integer, parameter, public :: reason_large_bound = -13
-  !> contacts that were always open or always closed in training are not so at this point
+  !> tied: a contact that is open, or closed, at all training points of a cluster is not so at this point
   integer, parameter, public :: reason_outside = -15
   !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
   integer, parameter, public :: reason_blind = -16
@@ -42,7 +42,7 @@ module sig_reasons
   integer, parameter, public :: reason_max_pivots = -23
   !> an answer was found, but round-off has spoiled it
   integer, parameter, public :: reason_ill_conditioned = -24
-  !> an index set repeats, or its matrix is singular; the next method continues
+  !> no set of closed contacts that was tried is the answer; the next method continues
   integer, parameter, public :: reason_cycle = -25
 
   !> length of the longest sentence
@@ -79,7 +79,7 @@ contains
     case (reason_no_complementary_solution)
       text = 'the linear complementarity problem has no solution that the pivoting methods find'
     case (reason_line_search)
-      text = 'the line search found no descent'
+      text = 'the solver snesvi diverged, or its line search found no descent'
     case (reason_pulled_off)
       text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
     case (reason_bad_point)
@@ -115,7 +115,7 @@ contains
     case (reason_ill_conditioned)
       text = 'the complementarity problem is too ill-conditioned for a reliable answer'
     case (reason_cycle)
-      text = 'the solution of the complementarity problem comes back to earlier sets of closed contacts'
+      text = 'no set of closed contacts that was tried solves the complementarity problem'
     case default
       text = 'unknown reason'
     end select

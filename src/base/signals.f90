@@ -22,7 +22,8 @@ contains
     call sig_install_stop_signals(grace)
   end subroutine install_stop_signals
 
-  !> Whether a signal has come to this process. Local, for any thread: ranks agree by a reduction of their own.
+  !> Whether SIGINT or SIGTERM has come to this process since install_stop_signals. Local, for any thread: ranks agree by a
+  !> reduction of their own.
   logical function is_stop_requested()
     is_stop_requested = sig_is_stop_requested() == 1
   end function is_stop_requested

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Median, 95 % quantile, minimum and maximum of errors; NaN values are left out.
+!> Median, 95 % quantile, minimum and maximum of errors, where NaN values are left out; sorting of numbers.
 module sig_statistics
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_kinds, only: rk

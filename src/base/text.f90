@@ -109,7 +109,8 @@ contains
     text = plain_decimal(text)
   end function real_to_text
 
-  !> Rewrites `-1.2340e+02` for people: `-123.4` from 1e-4 to below 1e7, else d.ddde<n>; zeros at the end go, but for one decimal.
+  !> Rewrites `-1.2340e+02` for people: `-123.4` from 1e-4 to below 1e7, else d.ddde<n>. Zeros at the end are left out, but at least
+  !> one decimal stays.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text
@@ -178,7 +179,7 @@ contains
     if (condition < 1.0e16_rk) text = to_text(nint(log10(max(condition, 1.0_rk)))) // ' of 16 digits'
   end function lost_digits
 
-  !> Returns a number >= 0 with seven significant digits (`1.234567E-03`), `inf` or `nan`. A negative number gives `nan`, too.
+  !> Returns a number with seven significant digits (`1.234567E-03`), `inf` or `nan`. A number below 0 gives `nan`, too.
   pure function csv_number(value) result(text)
     real(rk), intent(in) :: value
     character(:), allocatable :: text

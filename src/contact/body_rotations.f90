@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Rotations of the bodies that only contact holds, and deformations of all bodies. Equations of small displacements are wrong where
-!> they are large.
+!> Rotations of the bodies with a free rigid motion, and deformations of all bodies. If rotations or deformations are large, the
+!> equations of small displacements are wrong.
 module sig_body_rotations
   use sig_contact_state, only: contact_state_t
   use sig_cross_products, only: cross_product
@@ -34,8 +34,9 @@ contains
   end function largest_rotation
 
   !> [-] Returns the largest displacement of a node relative to the mean displacement of its body, divided by the largest distance
-  !> of a node of the body from its center, over all bodies and all states that converged. It is the strain of a body that is
-  !> stretched evenly, and the angle of one that rotates. In axisymmetry the mean along the radius counts as 0.
+  !> of a node of the body from its center, over all bodies and all states that converged; 0 without such states. Except in
+  !> axisymmetry, it is the strain of a body that is stretched alike in all directions, and at most the angle of a body that
+  !> rotates. In axisymmetry the mean along the radius counts as 0.
   pure real(rk) function largest_deformation(motions, states) result(largest)
     type(rigid_motions_t), intent(in) :: motions
     type(contact_state_t), intent(in) :: states(:)

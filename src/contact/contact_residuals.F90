@@ -15,8 +15,8 @@ module sig_contact_residuals
   private
   public :: measure_residuals, measure_points
 
-  !> [-] forces are compared with at least this share of |K| |u|, as all that a rigid motion leaves of K u is rounding, and of the
-  !> parts of the loads, which may cancel
+  !> [-] forces are compared with at least this share of |K| |u|, because K u of a rigid motion is only rounding, and with at least
+  !> this share of the largest load on a dof, the parts of which are added without sign, because they may cancel
   real(rk), parameter :: smallest_share = 1.0e-6_rk
   !> number of sizes that are compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
   integer, parameter :: n_largest = 3
@@ -28,8 +28,8 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank; the
-    !> reason becomes reason_linear_solver if a solution has values that are not finite
+    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank. A
+    !> positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -51,7 +51,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals, and the reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: reactions(:, :)
@@ -74,7 +74,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals, and the reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] reactions at the prescribed dofs of this rank, in the order of own_prescribed; shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
@@ -130,7 +130,7 @@ contains
 
     n = system%map%n_dim
     sums = 0
-    ! K u is what all of them do together: contact forces cancel row by row, but for obstacles
+    ! K u sums reactions, loads and contact forces; the latter cancel row by row, except those of obstacles
     do i = system%first_balanced, n
       sums(i) = sum(forces(i::n))
     end do
@@ -161,9 +161,9 @@ contains
     real(rk), intent(in) :: largest(n_largest)
     !> [force] those of add_forces, summed over all ranks
     real(rk), intent(in) :: sums(:)
-    !> [force/length] forces below this times the largest displacement count as this
+    !> [force/length] residuals are divided by at least this times the largest displacement ...
     real(rk), intent(in) :: smallest_per_length
-    !> [force] and forces below this count as this
+    !> [force] ... and by at least this force
     real(rk), intent(in) :: smallest_load
     !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
     type(contact_state_t), intent(inout) :: state
@@ -189,7 +189,7 @@ contains
       state%reason = reason_linear_solver
   end subroutine compare
 
-  !> Returns part / whole; 0 if whole is 0 or less, as the largest of no multipliers is.
+  !> Returns part / whole; 0 if whole is 0 or less (the maxval of an empty array is negative).
   pure real(rk) function relative(part, whole)
     real(rk), intent(in) :: part
     real(rk), intent(in) :: whole

@@ -8,8 +8,8 @@ module sig_contact_state
 
   !> How well (3) is met. All but the penetration are relative to the size of what they compare.
   type :: residuals_t
-    !> [-] largest entry of K u + B' lambda - F on the free dofs over the largest internal or contact force, or over 1e-6 of |K| |u|
-    !> or of the largest load on a dof where these are larger
+    !> [-] largest entry of K u + B' lambda - F on the free dofs, over the largest of: the entries of K u and of B' lambda, 1e-6 of
+    !> |K| |u|, and 1e-6 of the largest load on a dof, the parts of which are added without sign
     real(rk) :: equilibrium = 0
     !> [length] largest B u - D, 0 where nothing penetrates
     real(rk) :: penetration = 0
@@ -17,8 +17,8 @@ module sig_contact_state
     real(rk) :: negative_multiplier = 0
     !> [-] |lambda . (D - B u)| over the largest |lambda| times the largest of |D| and |u|
     real(rk) :: complementarity = 0
-    !> [-] resultant of reactions, loads and obstacles over the sum of the sizes of reactions and loads, worst component; in
-    !> axisymmetry only along z
+    !> [-] resultant of reactions, loads and obstacles over the sum of the sizes of reactions and loads (or over the larger 1e-6 in
+    !> `equilibrium`, if this is more), worst component; in axisymmetry only along z
     real(rk) :: force_balance = 0
   end type residuals_t
 
@@ -34,7 +34,7 @@ module sig_contact_state
     logical, allocatable :: is_active(:)
     !> number of steps of the contact solver
     integer :: n_iterations = 0
-    !> number of iterations of conjugate gradients in all these steps
+    !> number of iterations of conjugate gradients in all these steps; 0 if the matrix is factorized
     integer :: n_linear_iterations = 0
     !> > 0 solved, < 0 failed: one of sig_reasons
     integer :: reason = 0

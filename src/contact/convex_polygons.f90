@@ -7,7 +7,7 @@ module sig_convex_polygons
   private
   public :: polygon_t, polygon_of, area_of, centroid_of, common_part, rest_of, most_corners
 
-  !> two facets of four corners have a part of eight in common, and each cut of a rest adds one
+  !> the common part of two facets with four corners has at most eight corners, and each cut of a rest adds at most one
   integer, parameter :: most_corners = 32
 
   !> A convex polygon, empty if it has no corners.
@@ -18,7 +18,8 @@ module sig_convex_polygons
     real(rk) :: corners(2, most_corners) = 0
   end type polygon_t
 
-  !> [-] of a polygon's extent: a corner this close to a line lies on it
+  !> [-] a corner lies on the line of a side if its distance from this line is at most this share of the side's length, or of its
+  !> distance from the side's start
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -47,7 +48,8 @@ contains
     end associate
   end function area_of
 
-  !> Returns the mean [length] of the corners, which lies inside the polygon. Requires: at least one corner.
+  !> Returns the mean [length] of the corners: a place inside the polygon, in general not the centroid of its area. Requires: at
+  !> least one corner.
   pure function centroid_of(polygon) result(place)
     type(polygon_t), intent(in) :: polygon
     real(rk) :: place(2)

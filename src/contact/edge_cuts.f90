@@ -24,7 +24,7 @@ module sig_edge_cuts
   real(rk), parameter :: rounding = 1.0e-10_rk
   !> [-] of the other edge: a point may lie outside by this much, when its ends come out rounded
   real(rk), parameter :: margin = 1.0e-6_rk
-  !> [-] normals are opposite enough for contact where their product is below this
+  !> [-] two normals are opposite enough for contact if their product is at most this
   real(rk), parameter :: grazing = -0.1_rk
 
 contains
@@ -110,7 +110,7 @@ contains
   end function place_opposite
 
   !> Sets i_other of a piece to the nearest other edge that its middle faces, and is_far to whether this edge is farther away than
-  !> `limit` along the normal. If there is none, i_other is 0 and is_far true. The other arguments are those of cut_edge.
+  !> `limit` along the normal. If there is none, i_other is 0 and is_far has no meaning. The other arguments are those of cut_edge.
   pure subroutine find_nearest(ends, normals, others, outward, limit, piece)
     real(rk), intent(in) :: ends(:, :), normals(:, :), others(:, :, :), outward(:, :), limit
     !> in: start and end; out: also i_other and is_far

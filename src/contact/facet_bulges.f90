@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How far a smooth surface stands out from its linear facets.
 !>
-!> The nodes of linear elements lie on the surface that was meshed. In the middle of an edge of length h, the facet lies inside of
-!> the surface by h**2 / (8 R). If the facets of two surfaces do not match, gaps have an error of this size that varies from place
-!> to place, and pressures a relative error of order h / R. So each edge is replaced by an arc, which follows from the normals of
-!> the surface at its ends. Normals: N. Max, Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a sphere or,
-!> in the plane, on a circle.
+!> The nodes of linear elements lie on the surface that was meshed. In the middle of an edge of length h, the distance of the facet
+!> from the surface is h**2 / (8 R). If the facets of two surfaces do not match, gaps have an error of this size that varies from
+!> place to place, and pressures have an error of about E h / (8 R). So each edge is replaced by an arc, which follows from the
+!> normals of the surface at its ends. Normals: N. Max, Journal of Graphics Tools 4 (1999) no. 2, 1: exact where the nodes lie on a
+!> sphere or, in the plane, on a circle.
 module sig_facet_bulges
   use, intrinsic :: iso_fortran_env, only: int64
   use sig_cross_products, only: cross_product
@@ -22,11 +22,12 @@ module sig_facet_bulges
     !> [-] outward, shape (n_dim, largest node)
     real(rk), allocatable :: normals(:, :)
     logical, allocatable :: is_smooth(:)
-    !> [-] sum of the directions of its edges, in space the difference of those at the border: of length 2 where it goes straight
-    !> on; shape (n_dim, largest node)
+    !> [-] in the plane: sum of the unit vectors from the node along its edges, near 0 where two edges continue each other. In
+    !> space: difference of the unit vectors along its two edges on the border, of length 2 where the border is straight; 0 where
+    !> facets surround the node. Shape (n_dim, largest node)
     real(rk), allocatable :: border(:, :)
-    !> in space, of the nodes next to it on the border, the one less the other, and the same of their squares: zero where facets
-    !> stand all round; shape (2, largest node)
+    !> in space, with the numbers a and b of the two nodes beside it on the border: a - b and a**2 - b**2; 0 where facets surround
+    !> the node; shape (2, largest node)
     integer(int64), allocatable :: neighbors(:, :)
   end type surface_nodes_t
 
@@ -135,7 +136,8 @@ contains
   pure logical function is_seen(surface, node, other)
     type(surface_nodes_t), intent(in) :: surface
     integer, intent(in) :: node, other
-    !> [-] of a border: two edges in the plane that belong to one smooth line differ less; in space it goes straight on
+    !> [-] lengths of surface%border: below one_edge, two edges in the plane meet nearly straight; above straight, the border in
+    !> space is nearly straight
     real(rk), parameter :: one_edge = 0.8_rk, straight = 1.9_rk
 
     associate (border => surface%border(:, node), difference => surface%neighbors(1, node), squares => surface%neighbors(2, node))

@@ -119,7 +119,7 @@ contains
 
   !> Finds the place of the reference element that belongs to a point, by Newton's method. The facet is projected to as many
   !> components as it has dimensions (n_dim). is_found is false if the method does not converge in 30 steps, or leads to a place
-  !> with a coordinate beyond 100.
+  !> with a coordinate above 100 in size.
   pure subroutine find_place(self, flat, point, place, is_found)
     class(facet_shape_t), intent(in) :: self
     !> [length] places of the facet's nodes in this projection, shape (n_dim, n_nodes)

@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Which part of a facet in space faces which facets of another surface.
 !>
-!> All facets are projected to an auxiliary plane, along its normal: the mean of the contact normals at the facet's nodes. In this
-!> plane the facets are polygons, whose common parts are cut into triangles with integration points.
-!> M. A. Puso, T. A. Laursen, Comput. Methods Appl. Mech. Engrg. 193 (2004) 601.
+!> All facets are projected to an auxiliary plane, along its normal (plane_of): the mean of the contact normals at the facet's
+!> nodes. In this plane the facets are polygons, whose common parts are cut into triangles with integration points. M. A. Puso, T.
+!> A. Laursen, Comput. Methods Appl. Mech. Engrg. 193 (2004) 601.
 module sig_facing_facets
   use sig_convex_polygons, only: area_of, centroid_of, common_part, polygon_of, polygon_t, rest_of
   use sig_cross_products, only: cross_product
@@ -26,7 +26,7 @@ module sig_facing_facets
     real(rk), allocatable :: vertices(:, :)
     !> [-] contact normals along the same axes; of the first surface only
     real(rk), allocatable :: normals(:, :)
-    !> whether the map from the reference element is far from linear
+    !> whether the map from the reference element is not linear: bend_of is above 0.01
     logical :: is_bent = .false.
   end type view_t
 
@@ -43,11 +43,11 @@ module sig_facing_facets
     type(polygon_t) :: polygon
     !> number of the facet of the second surface among those that are searched
     integer :: i_view = 0
-    !> [length] distance of the facets at its centroid
+    !> [length] distance of the facets at the mean of its corners
     real(rk) :: distance = 0
   end type common_t
 
-  !> [-] normals are opposite enough for contact where their product is below this
+  !> [-] two normals are opposite enough for contact if their product is below this
   real(rk), parameter :: grazing = -0.1_rk
   !> [-] of the facet's area: what is smaller is rounding
   real(rk), parameter :: nothing = 1.0e-12_rk
@@ -59,9 +59,9 @@ module sig_facing_facets
 contains
 
   !> Adds the integration points of a facet of the first surface where it faces facets of the second one. If several of these lie
-  !> one behind the other, the nearest one counts. With n, the mean contact normal of the facet's nodes, only facets of the second
-  !> surface count whose outward normal times n is below -0.1. The facet gets no points if its own outward normal times n is not
-  !> above 0.1.
+  !> one behind the other, the nearest one counts. Let n be the normal of the auxiliary plane (plane_of). A facet of the second
+  !> surface counts only if the product of its outward normal and n is below -0.1. The facet of the first surface gets no points if
+  !> the product of its outward normal and n is at most 0.1.
   subroutine face_facet(shapes, first, i_facet, second, near, limit, points)
     !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
@@ -277,8 +277,8 @@ contains
     end do
   end subroutine keep_nearest
 
-  !> Adds the points of triangles around the centroid of a common part, or of the part itself if it is a triangle: seven of each, or
-  !> 28 if a facet is bent (view_t). A point at which a facet has no place is left out.
+  !> Adds the points of triangles around the mean of a common part's corners, or of the part itself if it is a triangle: seven for
+  !> each triangle, or 28 if a facet is bent (view_t). A point at which a facet has no place is left out.
   pure subroutine add_points(shapes, own, other, common, limit, points)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(view_t), intent(in) :: own, other

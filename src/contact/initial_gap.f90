@@ -54,9 +54,8 @@ contains
     end do
   end subroutine set_initial_gaps
 
-  !> Adds a value of the deck to the gaps of some pairs, computed at their first nodes. A part without parameters is added to the
-  !> initial gap. A product of functions of the parameters and of the place becomes a term with a factor. Errors: those of
-  !> split_sum.
+  !> Adds a value of the deck to the gaps of some pairs, computed at their first nodes. Parts with term 1 (see split_sum) are added
+  !> to initial_gap, the factors of all other terms to gap_factors. Errors: those of split_sum.
   subroutine add_gap(mesh, members, value, deck_path, terms, pairs, error)
     type(mesh_t), intent(in) :: mesh
     !> indices of these pairs, 1-based

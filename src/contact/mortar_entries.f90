@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The entries of mortar rows: the normal at the nodes of the first side, shares of the second one, and the gap.
 !>
-!> In a changed basis the coefficient of a mid-side node takes part of the corners beside it: the row of node j reads
-!> n_j . (u~_j - sum_l w_jl u_l) <= D_j with u~_j = (u_j - alpha (u_a + u_b)) / (1 - 2 alpha), whether or not a and b have rows.
+!> In a changed basis the coefficient of a mid-side node j contains the displacements of the corners a and b beside it: the row of j
+!> reads n_j . (u~_j - sum_l w_jl u_l) <= D_j with u~_j = (u_j - alpha (u_a + u_b)) / (1 - 2 alpha), also if a and b have no rows.
 module sig_mortar_entries
   use sig_changed_basis, only: end_weight, owner_weight
   use sig_contact_rows, only: contact_rows_t, create_contact_rows
@@ -16,7 +16,8 @@ module sig_mortar_entries
 
 contains
 
-  !> Makes the rows of the first n_rows sites. If the gap is nodal, the corners beside their mid-side nodes are sites, too.
+  !> Makes the rows of the first n_rows sites. Requires: if is_nodal_gap and a changed basis, the corners beside a mid-side node
+  !> with a row are sites, too.
   subroutine create_mortar_rows(sites, n_rows, first, sums, is_nodal_gap, n_terms, rows)
     !> nodes of the first surface with normals and gaps; those with a row come first
     type(node_pairs_t), intent(in) :: sites

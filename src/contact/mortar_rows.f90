@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Contact rows of two surfaces whose nodes need not match: n_j . (u_j - sum_l w_jl u_l) <= D_j at each node j of the first surface
-!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and D_j = integral Phi_j g / integral Phi_j; on faces
-!> of six or eight nodes with u~_j of sig_changed_basis in the place of u_j.
+!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and D_j = integral Phi_j g / integral Phi_j. On facets
+!> with a changed basis (sig_mortar_sides), u_j and D_j are those of sig_mortar_entries.
 module sig_mortar_rows
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: contact_config_t, name_config_t
@@ -27,7 +27,8 @@ module sig_mortar_rows
 
   !> [-] default search distance over the longest edge of both surfaces
   real(rk), parameter :: default_search = 50.0_rk
-  !> [-] a normal with a larger part along free components leans on a plane of symmetry, and is straightened
+  !> [-] if the part of a normal along free components is longer than this, the node counts as one on a plane of symmetry, and the
+  !> normal loses its other components
   real(rk), parameter :: nearly_free = 0.9_rk
 
   !> The rows of one entry of the deck's contact section, with their terms and a note.
@@ -44,8 +45,8 @@ module sig_mortar_rows
   type :: side_choice_t
     !> why it is the second surface of the deck; not allocated if it is the first one
     character(:), allocatable :: why_swapped
-    !> if neither surface can carry the rows: entry of another contact whose sides could be swapped to make it possible, and why;
-    !> 0 = none
+    !> of use only after an error: number of another contact entry that could make this one possible by swapping its own sides, 0 =
+    !> none; and why it would
     integer :: i_other = 0
     character(:), allocatable :: why_other
     !> how much of the surface with the rows faces the other one
@@ -58,8 +59,8 @@ contains
   !> surface and none against those of the second one, the sides are swapped where may_swap allows it.
   !>
   !> Errors: those of open_surfaces and set_initial_gaps; surfaces that have a common node, do not face each other, or overlap
-  !> everywhere by more than the longest edge; a reason of find_conflict against every order of the sides that is allowed. Then rows
-  !> and terms are unchanged.
+  !> everywhere by more than the longest edge of the first one; a reason of find_conflict against the order that is tried first, if
+  !> the other order is not allowed or is refused, too. Then rows and terms are unchanged.
   subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, choice, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
@@ -135,8 +136,8 @@ contains
       " (formulation: mortar keeps the deck's order); " // more%note
   end subroutine take_rows
 
-  !> Whether the sides of an entry may be swapped: its formulation is auto, and its gap does not depend on the place, because such a
-  !> gap belongs to the nodes of the deck's first surface.
+  !> Whether the sides of an entry may be swapped: its formulation is auto, and the deck gives no gap that depends on the place,
+  !> because such a gap belongs to the nodes of the deck's first surface.
   pure logical function may_swap(entry)
     type(contact_config_t), intent(in) :: entry
 

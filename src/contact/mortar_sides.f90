@@ -1,9 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> One surface of a mortar contact: its facets with their places, and a tree that finds those near a line.
 !>
-!> If a face of the first surface has weak corners, all its faces take the basis of sig_changed_basis, because a side that two
-!> faces of different kinds share must have one basis. An edge of three nodes that ends on the axis, where the integral of r N_j is
-!> zero, takes this basis, too.
+!> If a face of the first surface has weak corners, all faces of this surface use the basis of sig_changed_basis, because a side
+!> that two faces of different kinds share must have one basis. In axisymmetry an edge of three nodes that ends on the axis uses
+!> this basis, too, because the integral of r N_j is zero at its node on the axis.
 module sig_mortar_sides
   use sig_changed_basis, only: ends_of_side, has_weak_corners
   use sig_element_types, only: element_types
@@ -101,7 +101,7 @@ contains
     end do
   end subroutine list_nodes
 
-  !> Finds the facets with the changed basis: all if a facet of some type has weak corners; in axisymmetry the quadratic edges that
+  !> Finds the facets with the changed basis: all, if at least one of them has weak corners; in axisymmetry the quadratic edges that
   !> end on the axis.
   pure subroutine find_changed(side, is_round)
     type(mortar_side_t), intent(inout) :: side

@@ -19,8 +19,9 @@ module sig_mortar_sums
     integer, allocatable :: firsts(:)
     integer, allocatable :: seconds(:)
     real(rk), allocatable :: shares(:)
-    !> [length**2, length in the plane] areas of the first surface: all of it; the part that faces the second one; the part that
-    !> faces it beyond the search distance; the part that does not count, because too little of its facet faces the second one
+    !> [length**2, length in the plane] areas of the first surface: all of it; the part that faces the second one and counts; the
+    !> part that faces the second one beyond the search distance; the part that faces the second one but does not count, because
+    !> too little of its facet does, or because the facet has no dual functions
     real(rk) :: whole = 0
     real(rk) :: covered = 0
     real(rk) :: far = 0
@@ -82,9 +83,9 @@ contains
     end do
   end subroutine add_shares
 
-  !> Whether a node of the first surface has a row. Its integral of Phi_j must be larger than a hundredth of its `sizes`, so that
-  !> its shares are of use: none is larger than integral abs(Phi_j) over integral Phi_j. A node that a uniform pressure gives no
-  !> force, as that of a quadratic edge on the axis, has no row.
+  !> Whether a node of the first surface has a row. Its integral of Phi_j must be larger than a hundredth of its `sizes`, because
+  !> huge shares are of no use: a share is at most integral abs(Phi_j) over integral Phi_j in size. So a node on which a uniform
+  !> pressure has no force has no row.
   pure elemental logical function has_row(self, node)
     class(mortar_sums_t), intent(in) :: self
     !> natural, 1-based
@@ -96,8 +97,8 @@ contains
   end function has_row
 
   !> Computes w_jl, the share of each node of the second surface in the row of a node of the first one. The shares of owner k are
-  !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Those up to 1e-12 in size are left out as rounding; the others
-  !> are scaled so that their sum is exactly 1.
+  !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Those up to 1e-12 in size are left out as rounding. The others
+  !> are divided by their sum, so that they add up to 1.
   pure subroutine collect(self, owners, offsets, nodes, shares)
     class(mortar_sums_t), intent(in) :: self
     !> nodes of the first surface for which has_row is true

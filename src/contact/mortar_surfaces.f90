@@ -83,9 +83,9 @@ contains
   !> Adds the integrals of one facet over the points at which it faces the second surface. integrate_mortar says what does not
   !> count.
   !>
-  !> A row has one normal n_j. The coefficients of a node are the values there, also those of a vector field, except with a changed
-  !> basis: for u = g n on a round surface, the coefficient of a mid-side node along its normal is larger than g. Its gap must be
-  !> so, too: D_j = n_j . integral Phi_j g n / integral Phi_j, with n = sum N_k n_k.
+  !> A row has one normal n_j. Usually the coefficient of a node is the value of the field there, also for a vector field. In a
+  !> changed basis it is not: if a displacement is g n on a round surface, the coefficient of a mid-side node, along its normal n_j,
+  !> is larger than g. Therefore the gap is larger, too: D_j = n_j . integral Phi_j g n / integral Phi_j, with n = sum N_k n_k.
   subroutine integrate_facet(model, shapes, first, i_facet, second, points, sums)
     type(mechanical_model_t), intent(in) :: model
     !> by the row of element_types
@@ -148,8 +148,8 @@ contains
   end subroutine find_dual
 
   !> Returns the gaps at the points between the curved surfaces that the linear facets represent: the gap between the facets less
-  !> the heights (bulge_at) of both surfaces. That of the second one is divided by the cosine (at least 0.1) of the angle between
-  !> the facets. A quadratic facet has the height 0.
+  !> the heights (bulge_at) of both surfaces. The height of the second one is divided by the cosine of the angle between the facets,
+  !> or by 0.1 if the cosine is smaller. A quadratic facet has the height 0.
   pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first

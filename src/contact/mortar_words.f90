@@ -43,7 +43,8 @@ contains
     text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
-  !> Returns the smallest and the largest gap as a text such as `, gaps of 0.0 to 0.02`, also if both are equal. Requires: one gap.
+  !> Returns the smallest and the largest gap as a text such as `, gaps of 0.0 to 0.02`, also if both are equal. Requires: at least
+  !> one gap.
   pure function gap_text(gaps, extent) result(text)
     !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
@@ -89,7 +90,8 @@ contains
   end function finer_text
 
   !> Returns a note if the second surface is flat and the first one is not, and the deck gives no direction; otherwise empty. The
-  !> normals are those of the curved surface then, which is not right where bodies move far. The direction is that of the deck.
+  !> contact normals are then those of the curved surface, which are wrong where bodies move far. The note has the direction that
+  !> the deck should give: from the deck's first surface to its second one.
   pure function flat_text(surfaces, is_swapped) result(text)
     type(surface_pair_t), intent(in) :: surfaces
     !> the first surface is the deck's second one

@@ -15,7 +15,7 @@ module sig_motion_words
 contains
 
   !> Returns the combinations of the free motions that change the gap of no contact row, so that nothing holds them: one per column,
-  !> orthonormal, shape (n_free, n) with n = 0 if contact holds all bodies.
+  !> orthonormal, shape (n_free, n). n is 0 if every combination changes some gap, or if there are no free motions.
   function unheld_motions(motions) result(combinations)
     type(rigid_motions_t), intent(in) :: motions
     real(rk), allocatable :: combinations(:, :)

@@ -5,8 +5,8 @@
 !> line through c along d: gap = (c - x) . d, for a sphere less sqrt(R^2 - s^2). Beyond its equator, s > R, a sphere continues as
 !> the plane through its equator: it acts as a hemispherical punch.
 !>
-!> At the equator the root has an infinite slope. So that a gap has a finite one over each parameter, the last tenth of the height
-!> over the plane is a wave. With t = 1 - (s / R)^2 and e = 0.1 this height is
+!> At the equator the root has an infinite slope. So that the slope of a gap over each parameter is finite, the last tenth of the
+!> height over the plane is a wave. With t = 1 - (s / R)^2 and e = 0.1 this height is
 !>   R sqrt(t)                                                     where t > e^2, which is s < 0.995 R
 !>   R e (1 - cos(k max(t - t0, 0) / (e^2 - t0))) / (1 - cos k)    elsewhere, t0 = 0.002; 0 where s > 0.999 R
 !> With tan(k / 2) = 2 k e^2 / (e^2 - t0) its value and slope over t at t = e^2 are those of the root, e R and R / (2 e); at t = t0
@@ -30,8 +30,8 @@ module sig_obstacle_gap
 
 contains
 
-  !> Writes the gap as the sum of two expressions, shape + shift. At most one of them depends on the parameters, so that a plane or
-  !> a punch that moves is one term and not one per node.
+  !> Writes the gap as the sum of two expressions, shape + shift. At most one of them depends on the parameters, so that a plane
+  !> that moves, or a sphere that moves along d, is one term and not one per node.
   pure subroutine obstacle_gap(contact, coordinate_names, shape, shift)
     !> entry of the deck's contact section with an obstacle
     type(contact_config_t), intent(in) :: contact

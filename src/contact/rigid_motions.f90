@@ -46,7 +46,8 @@ module sig_rigid_motions
     procedure :: common_field
   end type rigid_motions_t
 
-  !> [-] eigenvalues of a Gram matrix below this share of the largest, or of 1, count as zero: a share of 1e-6 in the motions
+  !> [-] eigenvalues of a Gram matrix up to this share of the larger of 1 and the largest eigenvalue count as zero: 1e-6 in the
+  !> motions
   real(rk), parameter :: negligible = 1.0e-12_rk
 
 contains
@@ -317,8 +318,8 @@ contains
     class(rigid_motions_t), intent(in) :: self
     !> 1 to n_common: the translations first, then the rotations
     integer, intent(in) :: i_mode
-    !> [-] a translation is 1 at all nodes; a rotation is the distance from its axis, through the mean of all nodes, over the
-    !> largest extent of the mesh
+    !> [-] a translation moves all nodes by 1; a rotation moves a node by its distance from the axis, which goes through the mean of
+    !> all nodes, divided by the largest extent of the mesh
     real(rk) :: displacement(size(self%coordinates))
     real(rk) :: center(size(self%coordinates, 1)), modes(size(self%coordinates, 1), self%n_common()), length
     integer :: i_node, n_dim

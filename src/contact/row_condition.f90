@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> How well forces and gaps of contact rows determine each other: the condition number of B.
 !>
-!> Of pairs of nodes B B' is twice the identity. Rows of mortar contact share nodes of the second side.
+!> For pairs of nodes B B' is twice the identity. Rows of mortar contact may have common nodes on the second side, so that B B' is
+!> not diagonal.
 module sig_row_condition
   use sig_condition_number, only: condition_of_values
   use sig_contact_rows, only: contact_rows_t
@@ -17,8 +18,8 @@ contains
   !> Returns the largest over the smallest singular value [-] of B on the free displacements; 1 without rows, infinite beyond 1e6.
   !>
   !> By Lanczos steps on B B' from a random vector. Without exact orthogonality some directions occur again, but they only repeat
-  !> known values (Golub and Van Loan, Matrix Computations, 10.3). The steps end where ten more change the result by less than 1e-5
-  !> of it, and after 200 at the latest.
+  !> known values (Golub and Van Loan, Matrix Computations, 10.3). The steps end if ten more change the result by less than 1e-5 of
+  !> it, if only rounding is left of the next vector, and after 200 at the latest.
   function condition_of_rows(rows, is_prescribed) result(kappa)
     type(contact_rows_t), intent(in) :: rows
     !> natural dofs, shape (n_dofs)

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Motions of owners that change only their own rows.
 !>
-!> Where other rows meet the owner of a row, as the rows of mid-side nodes meet the corners of quadratic faces, their own owners
-!> follow it. In the changed basis this is the function of the corner: the corner moves by 1, the mid-side nodes by alpha.
+!> The owner of a row may also be a node of other rows, as the corner of a quadratic face is in the rows of mid-side nodes. If it
+!> moves, the owners of those rows follow it, so that the values of those rows do not change. In the changed basis this motion is
+!> the function of the corner: the corner moves by 1, the mid-side nodes by alpha.
 module sig_side_motions
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
@@ -10,12 +11,12 @@ module sig_side_motions
   private
   public :: followers_t, find_followers, following_motion, movable
 
-  !> [-] square of free components below which a node cannot move: rounding of a direction
+  !> [-] an owner cannot move along its normal if the sum of the squares of its free coefficients is at most this: rounding
   real(rk), parameter :: movable = 1.0e-20_rk
 
   !> For each row, the rows whose owners must follow its owner so that their values stay.
   type :: followers_t
-    !> whether no other row changes if the owner of a row moves and its followers answer, shape (n_rows). It does not say whether
+    !> whether no other row changes if the owner of a row moves and its followers follow, shape (n_rows). It does not say whether
     !> the owner's own displacement is prescribed
     logical, allocatable :: is_possible(:)
     !> rows whose owners then follow: those of row k are rows(starts(k) + 1:starts(k + 1))

@@ -44,7 +44,7 @@ contains
 
   !> Checks that a value over a region is a sum of products of a function of the parameters and a function of the place, as
   !> split_products finds them. Otherwise each integration point would need a term of its own. The error names the first factor that
-  !> depends on both parameters and place. Without such a factor, a product is longer than an expression may be.
+  !> depends on both parameters and place. If there is no such factor, the error is that a product has too many characters.
   subroutine check_products(tree, path, value, noun)
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
@@ -69,7 +69,7 @@ contains
     end if
     call tree%report_at(path, 'is ' // shown(value%text) // '; ' // noun // ' must be a sum of products; ' // &
       'each factor may name parameters or coordinates, but ' // shown(factor) // ' names both', &
-      'multiply out parentheses that hold both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
+      'multiply out parentheses that name both, for example 2 * a^2 * x - (a + 1) * y^2; a function of both, such as ' // &
       'exp(-a * x^2), cannot be used')
   end subroutine check_products
 end module sig_deck_check_strains

@@ -39,8 +39,8 @@ contains
     call check_point_set(tree, 'test', config%parameters, config%test)
     if (config%reduction%has_fields .and. .not. (is_hyper_reduced(config) .or. &
                                                  has_all_nodes(config%reduction%displacement))) call tree%report_at( &
-      'reduction.fields', 'is true, and reduction.displacement leaves nodes without a displacement; fields need those of all: ' // &
-      'displacement must be auto, or {boundaries: [...], elsewhere: modes}')
+      'reduction.fields', 'is true, and reduction.displacement may leave nodes without a displacement; fields need those of ' // &
+      'all nodes: displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep no full-order operator)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
@@ -143,7 +143,8 @@ contains
       if (clusters%method == 'irregular') then
         n_items = min(n_points_of(training), config%greedy%max_points)
         if (clusters%number > n_items) call tree%report_at('clusters.number', 'is ' // to_text(clusters%number) // &
-          '; there ' // are(n_items) // ' only ' // counted(n_items, 'training point'))
+          '; there ' // are(n_items) // trim(merge(' at most', ' only   ', config%greedy%is_used)) // ' ' // &
+          counted(n_items, 'training point'))
       else if (config%greedy%is_used .or. .not. allocated(training%grid)) then
         call tree%report_at('clusters', 'has method: regular (the default), which needs the cells of training.grid; ' // &
           'there is no such grid', 'use method: irregular, or training: {grid: ...}')
@@ -208,7 +209,7 @@ contains
       '; it must be less than pod_tolerance, ' // to_text(reduction%pod_tolerance))
     if (reduction%enrichment%max_condition_number < 1) call tree%report_at('reduction.enrichment.max_condition_number', 'is ' // &
       to_text(reduction%enrichment%max_condition_number) // '; it must be at least 1', &
-      'with type: greedy, 1 gives a hat function to every contact pair of the domain, up to max_hats')
+      'with type: greedy, 1 usually adds all hat functions that are possible, up to max_hats')
   end subroutine check_reduction
 
   subroutine check_tolerance(tree, path, tolerance)
@@ -307,7 +308,7 @@ contains
     words = pack(words, [(len(words(i)%text) > 0, i=1, size(words))])
   end function words_of
 
-  !> Whether a word has a minus sign and behind it a character other than a digit or a point, so that `-1e-3` counts as a value. A
+  !> Whether a word begins with a minus sign and a character other than a digit or a point, so that `-1e-3` counts as a value. A
   !> minus sign alone is no option.
   pure logical function is_option(word)
     character(*), intent(in) :: word

@@ -26,7 +26,7 @@ module sig_deck_config
   type :: value_config_t
     !> text for muParser; a number is written so that it reads back the same
     character(:), allocatable :: text
-    !> what messages call the value at a node, where the program has written the text; not allocated: the text
+    !> start of the names of its terms if the program wrote the text; not allocated: these names start with the text
     character(:), allocatable :: name
     !> whether the text contains neither parameters nor coordinates
     logical :: is_constant = .true.
@@ -45,9 +45,9 @@ module sig_deck_config
   end type units_config_t
 
   type :: mesh_config_t
-    !> path as written in the deck, relative to the deck's folder
+    !> path as written in the deck: absolute, or relative to the deck's folder
     character(:), allocatable :: file
-    !> path relative to the current directory
+    !> path that can be opened from the current directory
     character(:), allocatable :: path
     !> plane_strain, plane_stress, axisymmetric or solid: a name of the table in mechanical_models
     character(:), allocatable :: model
@@ -81,7 +81,7 @@ module sig_deck_config
     type(value_config_t) :: thermal_expansion
   end type material_config_t
 
-  !> Prescribed displacement of one named boundary (facets or points).
+  !> Prescribed displacement of one named boundary (facets, edges or points).
   type :: boundary_config_t
     type(name_config_t) :: boundary
     !> names of the components
@@ -113,13 +113,13 @@ module sig_deck_config
     !> [length] bounds of the window, expressions of the parameters
     type(value_config_t) :: minimum
     type(value_config_t) :: maximum
-    !> whether the window cuts facets (default); otherwise only facets inside the window count
+    !> whether facets that are partly in the window are loaded on this part (default); otherwise they are not loaded at all
     logical :: is_cut = .true.
   end type load_config_t
 
   !> Values at nodes, from a file.
   type :: field_config_t
-    !> path as written in the deck, and relative to the current directory
+    !> path as written in the deck, and one that can be opened from the current directory
     character(:), allocatable :: file
     character(:), allocatable :: path
     !> name of the field in the file
@@ -164,7 +164,7 @@ module sig_deck_config
     type(name_config_t) :: second
     logical :: has_obstacle = .false.
     type(obstacle_config_t) :: obstacle
-    !> whether the deck gives a direction; otherwise (default) the averaged outward normals of the first surface count
+    !> whether the deck gives a direction; otherwise (default) it is the averaged outward normal of the surface with the forces
     logical :: has_direction = .false.
     !> [-] from the first body to the second or to the obstacle (a half space: against its normal), not yet of unit length
     real(rk), allocatable :: direction(:)
@@ -172,14 +172,14 @@ module sig_deck_config
     integer :: direction_column = 0
     !> auto, node_to_node or mortar
     character(12) :: formulation = 'auto'
-    !> [length] mortar: surfaces farther apart than this never touch; by default 50 times the longest edge of both
+    !> [length] mortar: parts of the surfaces that are farther apart never touch; by default 50 times the longest edge of both
     logical :: has_search_distance = .false.
     real(rk) :: search_distance = 0
-    !> [-] largest lateral offset of a pair over the mesh size; default 1.0e-6 along a direction, else averaged_tolerance
+    !> [-] largest lateral offset of a pair over the mesh size; default 1.0e-6 with a direction, else averaged_tolerance
     real(rk) :: pairing_tolerance = 1.0e-6_rk
-    !> whether the deck gives the gap; otherwise (default) it is the distance of the two nodes along the direction
+    !> whether the deck gives the gap; otherwise (default) it is the distance along the direction in the mesh
     logical :: has_initial_gap = .false.
-    !> [length] gap at the coordinates of the first node of each pair; negative = interference
+    !> [length] gap at the coordinates of each node of the first surface; negative = interference
     type(value_config_t) :: initial_gap
   end type contact_config_t
 
@@ -188,7 +188,7 @@ module sig_deck_config
     character(:), allocatable :: type
     !> auto (default), cholesky or gamg
     character(:), allocatable :: linear
-    !> largest number of active-set or Newton steps per parameter point; default 50
+    !> largest number of steps per parameter point: of active_set, and of each of the two attempts of snesvi; default 50
     integer :: max_iterations = 50
     !> place of the section in the deck
     integer :: line = 0
@@ -199,7 +199,7 @@ module sig_deck_config
   type :: point_set_config_t
     !> number of points per parameter, in the order of the deck's parameters; unallocated for other kinds of sets
     integer, allocatable :: grid(:)
-    !> path of the CSV file as written in the deck, and relative to the current directory; unallocated for other kinds of sets
+    !> path of the CSV file as written in the deck, and one to open from the current directory; unallocated for other kinds of sets
     character(:), allocatable :: file
     character(:), allocatable :: path
     !> number of points of Sobol's sequence, and of a Latin hypercube; 0 = another kind of set
@@ -227,7 +227,7 @@ module sig_deck_config
     real(rk) :: tolerance = 0
     !> the selection ends at this number of points; default none (huge)
     integer :: max_points = huge(1)
-    !> defect: number of points per round; default 1
+    !> defect: largest number of points per round; default 1
     integer :: batch = 1
   end type greedy_config_t
 
@@ -246,11 +246,11 @@ module sig_deck_config
   end type zone_config_t
 
   type :: enrichment_config_t
-    !> auto (default: greedy if (11) fails without hats), none, greedy (Algorithm 1) or all (both hats of every pair)
+    !> auto (default: greedy if (11) fails without hats), none, greedy (Algorithm 1) or all (both sides of every row, if possible)
     character(:), allocatable :: type
-    !> [-] greedy ends when kappa is at most this, with full rank; at 1 every pair gets a hat; default 10
+    !> [-] greedy ends when kappa is at most this, with full rank; at 1 it usually adds all hats that are possible; default 10
     real(rk) :: max_condition_number = 10
-    !> first (default) or second: the node of a pair that carries its hat, unless its displacement is prescribed
+    !> first (default) or second: the side of a contact row that gets the hat, if this side can have one; otherwise the other side
     character(:), allocatable :: side
     !> largest number of hats for greedy; default none (huge)
     integer :: max_hats = huge(1)
@@ -274,7 +274,7 @@ module sig_deck_config
     logical :: is_used = .false.
     !> largest number of candidates that become snapshots; default 100
     integer :: max_points = 100
-    !> number of these candidates in a round, for one cluster; default 5
+    !> largest number of these candidates in a round; default 5
     integer :: points_per_round = 5
   end type refine_config_t
 
@@ -314,7 +314,7 @@ module sig_deck_config
 
   !> Sections reduction and certificate.
   type :: reduction_config_t
-    !> auto (default): condensed if the problem fits into max_full_order_size, else hhr; condensed; hhr
+    !> auto (default): condensed if that is possible and the deck asks for no clusters, else hhr; condensed; hhr
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk
@@ -324,15 +324,15 @@ module sig_deck_config
     real(rk) :: extended_pod_tolerance = 0
     !> number of modes of the basis in addition to those that choose the domain; default 0
     integer :: extra_modes = 0
-    !> whether each snapshot is divided by its size before the POD; default no
+    !> whether each snapshot is divided by its Euclidean norm before the POD; default no
     logical :: is_normalized = .false.
     !> [-] energy tail of the POD of the multipliers, whose interpolation points join the domain; default none (0)
     real(rk) :: dual_pod_tolerance = 0
     !> elastic_lifting (default) or multiplier; method for prescribed displacements in the reduced model
     character(:), allocatable :: dirichlet
-    !> zones_of_interest: auto (default), every loaded surface where some point of the parameters loads it
+    !> whether zones_of_interest is auto (default) or has it in its list: nodes of loaded surfaces on which a force acts
     logical :: has_loaded_zones = .true.
-    !> boundaries whose nodes all join the reduced integration domain, in addition to auto or instead of it
+    !> boundaries whose nodes (all, or those in a window) join the reduced integration domain, in addition to auto or instead of it
     type(zone_config_t), allocatable :: zones_of_interest(:)
     !> join (default): the cells of a contact node's partner are added; remove: a contact node without partner has no equation
     character(:), allocatable :: unpaired_nodes
@@ -355,9 +355,9 @@ module sig_deck_config
   end type reduction_config_t
 
   type :: output_config_t
-    !> results folder, relative to the deck; `auto` (default) = results/<deck name> in the current directory
+    !> results folder, absolute or relative to the deck's folder; `auto` (default) = results/<deck name> in the current directory
     character(:), allocatable :: directory
-    !> path of the folder relative to the current directory
+    !> path of the folder that can be opened from the current directory
     character(:), allocatable :: path
     logical :: has_displacement = .true.
     logical :: has_stress = .true.

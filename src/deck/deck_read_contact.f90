@@ -71,8 +71,8 @@ contains
     call read_vector(tree, i_list, contact%direction)
   end subroutine read_direction
 
-  !> Reads a list of numbers. If an entry is not a number, adds an error and leaves the vector as it is. Callers give an empty
-  !> vector, whose length is then not checked.
+  !> Reads a list of numbers. If an entry is not a number, adds an error and leaves the vector as it is. Callers pass an empty
+  !> vector, so it stays empty after an error, and later checks leave an empty vector out.
   subroutine read_vector(tree, i_list, vector)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_list

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads values by their types: get_* below a key of the mapping i_parent, *_of from a node. After an error, which says what is
-!> allowed, the value is unchanged. A missing key is an error if is_required; otherwise the value is unchanged, too.
+!> Reads values by their types: get_* below a key of the mapping i_parent, *_of from a node. Errors are added to the tree. A missing
+!> key is an error if is_required. After an error, or without the key, the value is unchanged if the procedure says nothing else.
 module sig_deck_values
   use sig_deck_config, only: name_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, shown
@@ -97,7 +97,8 @@ contains
     if (i_node > 0) call word_of(tree, i_node, value)
   end subroutine get_word
 
-  !> Reads a word below a key. It must be one of the choices, which may end with blanks; otherwise an error, the value unchanged.
+  !> Reads a word below a key. It must be one of the choices (blanks at their ends do not count); otherwise an error, the value
+  !> unchanged.
   subroutine get_choice(tree, i_parent, key, is_required, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -154,7 +155,7 @@ contains
     if (i_node > 0) call integer_of(tree, i_node, value)
   end subroutine get_integer
 
-  !> Reads the name of a boundary or region below a required key, with its line and column. The name is empty after an error.
+  !> Reads a name of the mesh, or of a field, below a required key, with its line and column. The name is empty after an error.
   subroutine get_name(tree, i_parent, key, name)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_parent
@@ -232,7 +233,8 @@ contains
     if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; a value is needed')
   end subroutine word_of
 
-  !> Reads a word that must be one of the choices, which may end with blanks. Otherwise adds an error; the value is unchanged.
+  !> Reads a word that must be one of the choices (blanks at their ends do not count). Otherwise adds an error; the value is
+  !> unchanged.
   subroutine choice_of(tree, i_node, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
@@ -271,7 +273,7 @@ contains
 
     call value_of(tree, i_node, 'a number', number, has_value)
     if (has_value .and. .not. number%is_constant) then
-      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a number without parameters')
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be a number, and parameters are not allowed here')
       has_value = .false.
     end if
     if (has_value) value = number%constant

@@ -11,11 +11,12 @@ module sig_value_products
   type :: product_t
     !> factor that depends on the parameters; empty if no parameter occurs
     character(:), allocatable :: of_parameters
-    !> factor that depends on the place: an expression of the coordinates, or a number
+    !> all other factors: an expression of the coordinates, or of numbers alone
     character(:), allocatable :: of_place
   end type product_t
 
-  !> most characters of a function of a product: the parentheses around its factors can make it longer than the text in the deck
+  !> largest number of characters of of_parameters, and of of_place. Either may be longer than the text in the deck, because each
+  !> factor gets parentheses
   integer, parameter :: max_product = 1000
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
@@ -23,9 +24,9 @@ module sig_value_products
 contains
 
   !> Splits an expression at its operators + - * / outside of parentheses into a sum of products. Each product is a factor of
-  !> the parameters times a factor of the place; single numbers belong to the latter. An expression of the parameters alone, of the
-  !> coordinates alone, or of neither is one product. Nothing is split if an operator such as < or ? stands outside of parentheses:
-  !> then the whole text is one factor.
+  !> the parameters times a factor of the place. What names neither, such as a number, belongs to the factor of the place. An
+  !> expression of the parameters alone, of the coordinates alone, or of neither is one product. Nothing is split if an operator
+  !> such as < or ? stands outside of parentheses: then the whole text is one factor.
   pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     !> a valid expression of these names
     character(*), intent(in) :: text
@@ -33,7 +34,8 @@ contains
     type(string_t), intent(in) :: coordinate_names(:)
     !> must not be used unless is_split
     type(product_t), allocatable, intent(out) :: products(:)
-    !> whether no factor depends on both parameters and coordinates, and no text of a product is too long for an expression
+    !> whether no factor depends on both parameters and coordinates, and no text is longer than max_product; always true for an
+    !> expression that is one product
     logical, intent(out) :: is_split
     !> first factor that depends on both, as it stands in the text; empty if there is none
     character(:), allocatable, intent(out), optional :: mixed_factor

@@ -68,7 +68,8 @@ static void add_fault(sig_yaml *reading, int kind, place_t place, const char *fo
   va_end(arguments);
 }
 
-/* Returns the length of the UTF-8 character at text[i] [bytes]; 0 if it is invalid or a control character. */
+/* Returns the length of the UTF-8 character at text[i] [bytes]. It is 0 for an ASCII control character other than a tab
+   and a line end, and where the first byte or those behind it have the wrong form. */
 static size_t character_length(const unsigned char *text, size_t i, size_t length) {
   unsigned char first = text[i];
   if (first < 0x80) return (first >= 0x20 && first != 0x7f) || first == '\n' || first == '\r' || first == '\t';
@@ -82,7 +83,8 @@ static size_t character_length(const unsigned char *text, size_t i, size_t lengt
   return n;
 }
 
-/* Reports bytes that are not UTF-8 text and tabs as indentation: libfyaml ignores them or gives a bad message. */
+/* Reports the first byte that is not UTF-8 text, or the first tab as indentation of a line that is neither blank nor a
+   comment, whichever comes first: libfyaml ignores them or gives a bad message. */
 static void check_characters(sig_yaml *reading, const char *text, size_t length) {
   const unsigned char *bytes = (const unsigned char *)text;
   place_t place = {1, 1};
@@ -308,7 +310,7 @@ static void collect_syntax_error(sig_yaml *reading, struct fy_diag *diagnostics)
   if (error)
     add_fault(reading, SIG_YAML_SYNTAX, (place_t){error->line, error->column}, "%s", error->msg);
   else if (fy_diag_got_error(diagnostics))
-    add_fault(reading, SIG_YAML_SYNTAX, (place_t){0, 0}, "this is no YAML");
+    add_fault(reading, SIG_YAML_SYNTAX, (place_t){0, 0}, "the reader gives no reason");
 }
 
 /* Parses the text; returns false when memory is exhausted. */

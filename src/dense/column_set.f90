@@ -10,7 +10,7 @@ module sig_column_set
   !> [-] a column of length 1 depends on the others if at most this length is left after subtracting its projection on them
   real(rk), parameter :: rank_tolerance = 1.0e-10_rk
 
-  !> A set of n columns of a matrix A with their factors: A(:, used(:n)) = Q R. Only the first n entries of each array are in use.
+  !> A set of n columns of a matrix A with their factors: A(:, used(:n)) = Q R. In use are only used(:n), q(:, :n) and r(:n, :n).
   type :: column_set_t
     integer :: n = 0
     !> numbers of the columns in A, 1-based, shape (most)

@@ -50,9 +50,9 @@ contains
   !> The smallest of three bounds is returned, or the first one if it is at most `enough`; 0 without rows, also with a surplus.
   !> First bound: S are the rows with a force, and rho = min(w, 0) elsewhere. For an exact answer this bound is only rounding.
   !>
-  !> Second bound: S are the rows that the primal-dual active set method would close next; a very small force across a wide gap is
-  !> then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the forces in
-  !> this step. If S is the active set of the solution, d is the error itself.
+  !> Second bound: S are the rows that the primal-dual active set method would close next; a row with a very small force across a
+  !> wide gap is then not in S. Elsewhere rho = min(W v, w), where v is zero outside of S and W_SS v_S = w_S: v is the change of the
+  !> forces in this step. If S is the active set of the solution, and lambda_r is zero outside of S, the bound is the error itself.
   !>
   !> Third bound, only without `surplus`, and only if this step opens rows with forces: S as in the second one, but without the
   !> forces D on these rows: |e| <= |D| + |e - D|. A force across a wide gap then adds its own energy, and not its work on the gap.

@@ -44,11 +44,11 @@ static void solve_small(sig_triangle kind, int n, const double *a, ptrdiff_t lda
   }
 }
 
-/* b -= l b_p for entry p of b; the shuffle copies this entry to all places of a register. */
+/* b -= b_p l_p, where l_p is column p below the diagonal; the shuffle copies b_p to all places of a register. */
 #define TAKE(p, b) b -= l##p * __builtin_shufflevector(b, b, p, p, p, p, p, p, p, p)
 
 /* b = L^-1 b for a triangle of SIG_BLOCK columns with ones on its diagonal. Four right-hand sides are solved at once,
-   because each step of one of them must wait for its last step. */
+   because each step of one of them must wait for the step before it. */
 SIG_FOR_EACH_PROCESSOR
 static void solve_unit_block(int n_rhs, const double *a, ptrdiff_t lda, double *b, ptrdiff_t ldb) {
   sig_eight below[SIG_BLOCK] = {0};
@@ -157,7 +157,7 @@ static int factor_panel(int m, int n, double *a, ptrdiff_t lda, int *pivots) {
       if (!bad) bad = j + 1;
       continue;
     }
-    /* the inverse of a smaller pivot could be infinite */
+    /* the inverse of a pivot below DBL_MIN could be infinite */
     const double scale = 1 / pivot;
     if (fabs(pivot) >= DBL_MIN)
       for (int i = j + 1; i < m; i++) column[i] *= scale;

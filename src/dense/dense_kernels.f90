@@ -3,7 +3,7 @@
 !> include/signorom/dense_kernels.h, which describes them in more detail.
 !>
 !> Any number of threads may call these procedures, because they keep nothing. Only transposed_product allocates memory. The same
-!> numbers give the same bits.
+!> numbers give the same bits on the same kind of processor.
 module sig_dense_kernels
   use, intrinsic :: iso_c_binding, only: c_int
   use sig_dense_c_interfaces, only: sig_add_few_columns, sig_add_product, sig_factor_cholesky, sig_factor_lu, sig_largest_size, &

@@ -8,8 +8,9 @@
    most of the work. */
 enum { SIG_BLOCK = 8 };
 
-/* A function with this mark is compiled in three versions, and the loader takes the best one for the processor. With a
-   sanitizer there is one version: its checks would run in the loader, before the sanitizer has started. */
+/* On Linux with x86-64, a function with this mark is compiled in three versions, and the loader chooses the best one
+   for the processor. On other systems there is one version, and also with the address sanitizer: its checks would run
+   in the loader, before the sanitizer has started. */
 #if defined(__has_attribute) && defined(__x86_64__) && defined(__gnu_linux__) && !defined(__SANITIZE_ADDRESS__)
 #if __has_attribute(target_clones)
 #define SIG_FOR_EACH_PROCESSOR __attribute__((target_clones("arch=x86-64-v4", "arch=x86-64-v3", "default")))

@@ -124,7 +124,7 @@ static void set_eight_columns(int m, const double *restrict a, ptrdiff_t lda, co
 
 void sig_multiply(int m, int n, double alpha, const double *a, int lda, const double *x, double beta, double *y) {
   double t[64];
-  int n_set = 0; /* number of columns that y contains before the loop */
+  int n_set = 0; /* number of columns that are in the sum y before the loop */
   if (beta == 0 && n >= 8) {
     for (int j = 0; j < 8; j++) t[j] = alpha * x[j];
     set_eight_columns(m, a, lda, t, y);

@@ -13,10 +13,11 @@ module sig_force_balance
   !> [-] forces count as balanced when A lambda - b is at most this, relative to the terms of its sum
   real(rk), parameter :: balanced = 1.0e-11_rk
   integer, parameter :: most_steps = 50
-  !> [-] below it, relative to the terms of its sum, what Newton's steps leave of A lambda - b is a matter of rounding
+  !> [-] what Newton's steps leave of A lambda - b counts as rounding if it is at most this, relative to the terms of its sum
   real(rk), parameter :: nearly_balanced = 1.0e-6_rk
   integer, parameter :: most_corrections = 3
-  !> [-] relative to the size of A A', added to the diagonal so that a step exists where the loaded rows do not hold the bodies
+  !> [-] this fraction of the trace of A A' is added to the diagonal in Newton's method, so that a step exists where the loaded rows
+  !> do not hold the bodies
   real(rk), parameter :: damping = 1.0e-10_rk
 
 contains
@@ -28,8 +29,8 @@ contains
   !> The result is lambda(y) = max(0, lambda_r + A' y), where y minimizes |lambda(y)|^2/2 - b'y. This function is convex and has the
   !> gradient A lambda(y) - b. The method is Newton's with step halving. Local.
   subroutine balance_forces(matrix, work, forces, is_balanced)
-    !> A', work of a unit force of each row on each free motion, shape (n, n_motions). A row is a contact row, or stands for a
-    !> pattern of forces on several contact rows
+    !> A', the work that a unit force of each row does against each free motion (how much the motion closes the row), shape (n,
+    !> n_motions). A row is a contact row, or stands for a pattern of forces on several contact rows
     real(rk), intent(in) :: matrix(:, :)
     !> b, work of the loads on each free motion, shape (n_motions)
     real(rk), intent(in) :: work(:)
@@ -72,8 +73,8 @@ contains
   end subroutine balance_forces
 
   !> Removes what rounding leaves of A lambda - b: where y is large, lambda_r + A' y loses digits. Changes only forces above 0, as
-  !> little as possible, and nothing if more is left than rounding. is_balanced is true if the forces balance the loads afterwards
-  !> (keep_balance).
+  !> little as possible, and nothing if more is left than rounding (nearly_balanced). is_balanced is true if the forces balance the
+  !> loads afterwards (keep_balance).
   subroutine correct_rounding(matrix, work, forces, is_balanced)
     !> as for balance_forces
     real(rk), intent(in) :: matrix(:, :)

@@ -9,7 +9,7 @@ module sig_k_d_tree
 
   !> A balanced tree without pointers. In the order of the tree, the root of the points lo..hi is the one in the middle.
   !>
-  !> Each subtree has a ball around all its points. A search leaves out subtrees whose ball is too far away. This works for
+  !> Each subtree has a ball around all its points or balls. A search leaves out subtrees whose ball is too far away. This works for
   !> distances from a place and from a line.
   type :: k_d_tree_t
     private
@@ -34,7 +34,7 @@ module sig_k_d_tree
 
 contains
 
-  !> Makes the tree of some points or balls in place of those that it had. Cost: O(n log n).
+  !> Makes the tree of some points or balls in place of those that it had. Cost: O(n log n) in most cases.
   pure subroutine create(self, points, sizes)
     class(k_d_tree_t), intent(inout) :: self
     !> points, or centers of the balls, shape (n_dim, n_points)

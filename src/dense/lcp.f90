@@ -225,8 +225,8 @@ contains
   end subroutine try_lemke
 
   !> Chooses the positive covering vector of a path. Path 1: the sum of |W_ij| of each row; a row whose sum is at most 1e-12 of the
-  !> largest sum gets the largest one. Path 2: ones. Later paths: numbers between 0.1 and 1.1 by multiples of the golden ratio. The
-  !> largest entry is then scaled to 1.
+  !> largest sum gets the largest one. Path 2: ones. Later paths: numbers between 0.1 and 1.1 by multiples of the golden ratio. All
+  !> entries are then divided by the largest one.
   pure subroutine set_covering(matrix, i_path, covering)
     real(rk), intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path

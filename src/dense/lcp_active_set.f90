@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Primal-dual active set method for a linear complementarity problem. In each step, every index with a wrong sign enters or leaves
-!> the active set. The method needs four or five solves where it converges, but it may cycle.
+!> the active set. Where the method converges, it usually needs four or five solves, but it may cycle.
 module sig_lcp_active_set
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk

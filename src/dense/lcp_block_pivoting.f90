@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Block principal pivoting for a linear complementarity problem. While the number of wrong signs falls, all indices with a wrong
-!> sign enter or leave the active set at once; otherwise only one of them does (Murty's rule).
+!> Block principal pivoting for a linear complementarity problem. All indices with a wrong sign enter or leave the active set at
+!> once. After three such exchanges without a new smallest number of wrong signs, only one index is exchanged at a time (Murty's
+!> rule), until there are fewer wrong signs than ever before.
 module sig_lcp_block_pivoting
   use sig_bits, only: n_words, pack_bits
   use sig_kinds, only: rk
@@ -10,7 +11,7 @@ module sig_lcp_block_pivoting
   private
   public :: run_block_pivoting
 
-  !> number of block exchanges that are allowed although the number of wrong signs does not fall
+  !> number of block exchanges in a row that are allowed although there are not fewer wrong signs than ever before
   integer, parameter :: max_trials = 3
 
 contains

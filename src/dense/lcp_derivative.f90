@@ -3,7 +3,7 @@
 !>
 !> Rows A with a force stay closed, and rows with an opening stay open: W_AA dz_A = -(dW z + dq)_A. Rows G that graze have neither a
 !> force nor an opening, so they may close or open. Their dz_G is the solution of a small complementarity problem. The derivative in
-!> the opposite direction is then another one.
+!> the opposite direction is then in general not just the negative of this one.
 module sig_lcp_derivative
   use sig_dense_kernels, only: multiply
   use sig_kinds, only: rk
@@ -22,11 +22,12 @@ module sig_lcp_derivative
     logical, allocatable :: is_one_sided(:)
     !> number of rows G
     integer :: n_grazing = 0
-    !> the solution is not unique: there is no derivative
+    !> the matrix of the active rows is singular, or dz_G was not found; then dz and dw are of no use
     logical :: is_singular = .false.
   end type lcp_derivative_t
 
-  !> [-] an opening is rounding where it is at most this fraction of its terms; a force where it closes its row by at most as much
+  !> [-] an opening is rounding where it is at most this fraction of its terms. A force is rounding where it closes its row by at
+  !> most as much
   real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains

@@ -125,8 +125,8 @@ contains
   end function complement
 
   !> Finds the row whose basic variable leaves the basis. Of the rows where the entering column is positive by more than rounding,
-  !> it is the one with the smallest ratio of value over entering column. Of equal ratios it is the row of z0, because this ends the
-  !> path; if z0 is not among them, the columns of w decide in the same way, one after the other (lexicographic rule).
+  !> it is the one with the smallest ratio of the last column over the entering column. Of equal ratios it is the row of z0, because
+  !> this ends the path; if z0 is not among them, the columns of w decide in the same way, one after the other (lexicographic rule).
   pure subroutine find_leaving_row(workspace, n, entering, i_leaving)
     type(lcp_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: n

@@ -17,10 +17,12 @@ module sig_lcp_types
   integer, parameter, public :: lcp_block_pivoting = 2
   integer, parameter, public :: lcp_lemke = 3
 
-  !> [-] a sign is wrong only where the value is larger than this fraction of the terms of its sum; otherwise it is rounding
+  !> [-] a negative w is rounding, and no wrong sign, up to this fraction of the terms of its sum; a negative lambda up to this
+  !> fraction of the largest |lambda|
   real(rk), parameter, public :: sign_tolerance = 1.0e-12_rk
-  !> [-] largest value of this tolerance, for sets with an ill-conditioned matrix, if a problem has no answer without it. It must
-  !> not be taken at once: a thin part between others has compliances so large that 1e-8 of a sum is more than an opening.
+  !> [-] upper limit of the tolerance for wrong signs in a second try, if the first one with sign_tolerance has found no answer;
+  !> only sets with an ill-conditioned matrix reach it. It must not be used in the first try: a thin part between others has
+  !> compliances so large that 1e-8 of a sum is more than an opening.
   real(rk), parameter, public :: widest_tolerance = 1.0e-8_rk
   !> [-] where smallest over largest pivot is above this, the condition number is estimated only if a sign depends on it
   real(rk), parameter :: trusted_pivots = 1.0e-6_rk
@@ -37,7 +39,8 @@ module sig_lcp_types
     integer :: method = lcp_active_set
     !> one of sig_reasons
     integer :: reason = reason_not_finite
-    !> number of linear solves and pivots of all methods that were tried
+    !> number of steps of the methods that were tried: sets, or pivots of Lemke's method. After a second try with
+    !> widest_tolerance, the steps of the first try are not in it
     integer :: n_iterations = 0
     !> [-] largest violation of the conditions, relative to the terms that its row sums; huge where there is no answer
     real(rk) :: residual = huge(1.0_rk)
@@ -50,7 +53,8 @@ module sig_lcp_types
     integer :: capacity = 0
     !> [-] largest tolerance for wrong signs: sign_tolerance, or widest_tolerance for a second try
     real(rk) :: tolerance = sign_tolerance
-    !> of the active set that was evaluated last: lambda, which is zero outside of the set, and w, zero inside; shape (capacity)
+    !> lambda of the active set that was evaluated last, zero outside of the set; w = W lambda + q, which evaluate_set makes zero in
+    !> the set, and sum_rows does not; shape (capacity)
     real(rk), allocatable :: lambda(:)
     real(rk), allocatable :: w(:)
     !> sum of the absolute values of the terms of each row of w, shape (capacity)
@@ -59,7 +63,7 @@ module sig_lcp_types
     logical, allocatable :: is_violated(:)
     !> the matrix of the set is singular; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
-    !> W is symmetric: matrices of sets are then factored by Cholesky, with half the work
+    !> W is symmetric: matrices of sets are then factored by Cholesky, with half the work, if they are positive definite
     logical :: is_symmetric = .false.
     !> the factors of the set are from Cholesky
     logical :: is_cholesky = .false.

@@ -43,7 +43,7 @@ module sig_polynomial_nodes
 contains
 
   !> Chooses the nodes for all polynomials up to a total degree, number_of_polynomials(n_variables, degree) nodes, and prepares the
-  !> weights. Requires: at most most_variables variables, and no more nodes than candidate_points has.
+  !> weights. Requires: at most most_variables variables, and not more nodes than candidate_points returns.
   subroutine create(self, lower, upper, degree)
     class(polynomial_nodes_t), intent(inout) :: self
     !> ends of the box, lower < upper, in the units of the variables; shape (n_variables)

@@ -72,8 +72,8 @@ contains
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
 
-  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements, of which term 1 is always one,
-  !> then one for each term that lifted_forces has entries of.
+  !> Returns the number of columns of a lifting: one for each term of the prescribed displacements (always at least term 1), then
+  !> one for each term of lifted_forces.
   pure integer function n_lifted_terms(self)
     class(boundary_conditions_t), intent(in) :: self
 
@@ -101,8 +101,8 @@ contains
     call pattern%add_pattern(self%strain_forces)
   end subroutine get_forces
 
-  !> Returns the nodal forces F(mu) of loads and imposed strains together. Forces that are only rounding are zero in each of the two
-  !> (see load_pattern_t).
+  !> Returns the nodal forces F(mu): those of the loads plus those of the imposed strains. Before they are added, forces that are
+  !> only rounding are set to zero in each of the two patterns (see forces of load_pattern_t).
   pure function forces(self, theta)
     class(boundary_conditions_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms)

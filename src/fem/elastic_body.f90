@@ -14,7 +14,7 @@ module sig_elastic_body
 
   !> The elastic bodies of a mesh.
   type :: elastic_body_t
-    !> plane_strain, plane_stress, axisymmetric or solid, and its row of mechanical_models
+    !> name of the mechanical model (plane_strain, plane_stress, axisymmetric or solid), and its row of mechanical_models
     character(:), allocatable :: model
     type(mechanical_model_t) :: mechanics
     !> [force/length**2] hooke_matrix of each material, shape (n_strains, n_strains, n_materials)

@@ -38,7 +38,7 @@ module sig_imposed_strain
   !> The imposed strains at one parameter point. The arrays are not allocated if there are no imposed strains.
   type :: strain_field_t
     private
-    !> integration points of cell c: offsets(c) + 1 to offsets(c + 1), none where nothing is imposed on it
+    !> integration points of cell c: offsets(c) + 1 to offsets(c + 1); none if nothing is imposed on the cell
     integer, allocatable :: offsets(:)
     !> [-] shears as angles, shape (n_stresses, n_points)
     real(rk), allocatable :: strains(:, :)
@@ -82,8 +82,8 @@ contains
     call move_alloc(longer, self%parts)
   end subroutine add_part
 
-  !> Makes a new part with those cells of this one that are in a list, and their values; it may have none. The place in the deck is
-  !> not copied.
+  !> Makes a new part with those cells of this part that are in a list, and with their values. The new part may have no cells. The
+  !> place in the deck is not copied.
   pure subroutine restrict(self, mesh, body, cells, part)
     class(strain_part_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh

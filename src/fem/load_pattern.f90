@@ -25,7 +25,7 @@ module sig_load_pattern
     procedure :: loaded_dofs
   end type load_pattern_t
 
-  !> [-] a force below this share of the largest part_sizes is rounding. Such forces remain where a temperature equals its
+  !> [-] a force of at most this share of the largest of part_sizes is rounding. Such forces remain where a temperature equals its
   !> reference, and inside of a body with a uniform temperature.
   real(rk), parameter :: rounding = 16 * epsilon(1.0_rk)
 
@@ -73,7 +73,7 @@ contains
     end associate
   end subroutine add_forces
 
-  !> Adds entries of 1: the value of term i is then the force [force] on dof i.
+  !> Adds entries of 1: the value of term terms(i) then adds to the force [force] on dofs(i).
   pure subroutine add_units(self, terms, dofs)
     class(load_pattern_t), intent(inout) :: self
     !> 1-based, shape (size(dofs))

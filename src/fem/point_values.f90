@@ -40,7 +40,7 @@ contains
     type(string_t), intent(in) :: coordinate_names(:)
     !> cell by cell, shape (count_points of the cells)
     real(rk), allocatable, intent(out) :: values(:)
-    !> the first element of `cells` where a value is not finite; 0 = none
+    !> the first of these cells in which a value is not finite; 0 = none
     integer, intent(out) :: bad_cell
     type(expression_t) :: expression
     character(:), allocatable :: message

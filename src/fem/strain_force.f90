@@ -20,8 +20,9 @@ module sig_strain_force
 contains
 
   !> Adds the forces of all parts of the imposed strains to terms and pattern. If the elastic constants of the material are numbers,
-  !> a part has one term, that of its strain. Otherwise it has one term with the bulk modulus as a factor and one with the shear
-  !> modulus. A term whose forces are all zero is left out. Equal expressions of several parts share one term.
+  !> a part has one term, with the expression of its strain (term 1 if the strain has no parameters). Otherwise it has two terms:
+  !> the expression of its strain times the bulk modulus, and times the shear modulus. A term whose forces are all zero is left out.
+  !> Parts with the same expression share one term.
   !>
   !> Errors: strain times modulus is not a valid expression, for example because it is too long.
   subroutine add_strain_forces(mesh, body, deck, strains, terms, pattern, error)

@@ -23,7 +23,7 @@ module sig_surface_load
   private
   public :: add_surface_load
 
-  !> [-] a component of a normal below this is rounding: no term for it
+  !> [-] a component of a facet's normals is rounding, and gets no term, if it is at most this share of their largest component
   real(rk), parameter :: smallest_component = 1.0e-12_rk
 
   !> The pressure of a load, or one component of its traction.
@@ -254,8 +254,8 @@ contains
     end associate
   end subroutine mark_components
 
-  !> Replaces each mark in dof_terms by the term that is the force on this dof. Adds the terms that are not there, and their entries
-  !> in the pattern, all at once: one by one, each would copy those before it.
+  !> Replaces each mark in dof_terms by the term that is the force on this dof. All missing terms, and their entries in the pattern,
+  !> are added at once, because each addition copies what is there.
   subroutine name_dof_terms(mesh, nodes, terms, term_of_dof, pattern, dof_terms)
     type(mesh_t), intent(in) :: mesh
     !> natural, 1-based

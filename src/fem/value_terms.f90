@@ -95,7 +95,8 @@ contains
     end if
   end subroutine split_value
 
-  !> Evaluates an expression of the coordinates at the nodes. Errors: the first node where the value is not finite.
+  !> Evaluates an expression of the coordinates at the nodes. Errors: a value that is not finite; the message has the first such
+  !> node.
   subroutine evaluate_on_nodes(mesh, nodes, value, deck_path, terms, values, error)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: nodes(:)

@@ -13,8 +13,8 @@ uint64_t sig_fnv1a(const void *bytes, size_t size, uint64_t seed) {
   return hash;
 }
 
-// The factor is odd, so that the multiplication loses no information. So a change of a single word always changes the
-// hash.
+// The factor is odd, so that the multiplication loses no information. So two different values never give the same
+// result with the same `hash`.
 static uint64_t mix(uint64_t hash, const double *value) {
   uint64_t word;
 

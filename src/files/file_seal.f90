@@ -30,7 +30,7 @@ contains
   end subroutine seal_file
 
   !> Checks the seal of a file. Errors: a newer version of the program wrote the seal; the file is shorter or longer than it was;
-  !> its content or its seal was changed. A file without a seal, or one that cannot be read, is no error.
+  !> its content or its seal was changed. A file that does not begin as a seal does, or that cannot be read, is no error.
   subroutine check_seal(path, is_sealed, error)
     character(*), intent(in) :: path
     !> whether the file has a seal and agrees with it

@@ -104,7 +104,7 @@ contains
     if (len(text) == 0) then
       call make_error(error, 'the file is empty', file=path)
     else if (index(text, achar(0)) > 0) then
-      call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', file=path)
+      call make_error(error, 'this is a binary file (it has null bytes); a text file is needed', file=path)
     end if
   end subroutine check_text
 
@@ -135,8 +135,8 @@ contains
 
   !> Locks a folder for this process, so that two runs do not write into it at once.
   !>
-  !> Requires: the folder exists. Errors: another lock holds it, of any process; its file .lock is a link, has a second name
-  !> (hard link) or is no plain file; the system refuses to open or lock this file. Then `lock` holds nothing.
+  !> Requires: the folder exists. Errors: this or another process has locked it already; its file .lock is a link, has a second name
+  !> (hard link) or is no plain file; the system refuses to open or lock this file. Then there is no new lock.
   subroutine lock_directory(path, lock, error)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
@@ -174,8 +174,9 @@ contains
     lock%descriptor = -1
   end subroutine unlock_directory
 
-  !> Returns the names, without the folder, of the files in a folder whose names start with the prefix, in byte order. Folders and
-  !> hidden files are left out. There are none if the folder is missing or cannot be read. An empty path is the current folder.
+  !> Returns the names, without the folder, of the files in a folder whose names start with the prefix, in byte order. Folders,
+  !> hidden files and links that lead nowhere are left out. There are none if the folder is missing or cannot be read. An empty path
+  !> is the current folder.
   function list_files(path, prefix) result(names)
     character(*), intent(in) :: path
     character(*), intent(in) :: prefix

@@ -31,8 +31,8 @@ module sig_hdf5_access
 
 contains
 
-  !> Creates the file `partial`; a file or link of this name is replaced. The file is removed if a signal ends the process. The
-  !> handle is null after an error. Errors: no right to write there, no such folder.
+  !> Creates the file `partial`; a file or link of this name is replaced. If a signal ends the process by force (sig_signals), the
+  !> file is removed. The handle is null after an error. Errors are for example: no right to write there, no such folder.
   subroutine create_hdf5(path, partial, n_free, handle, error)
     !> name of the file for messages
     character(*), intent(in) :: path
@@ -47,8 +47,8 @@ contains
       call make_error(error, 'cannot create the HDF5 file; check that the folder exists and that you may write there', file=path)
   end subroutine create_hdf5
 
-  !> Opens a file for reading. Errors: no such file, a folder, not HDF5, cut off or damaged, with a superblock of another version
-  !> than 0, in use by a writer. Then the handle is null.
+  !> Opens a file for reading. Errors: no such file, a folder, not readable, not HDF5, cut off or damaged, with a superblock of
+  !> another version than 0, in use by a writer, cannot be locked. Then the handle is null.
   subroutine open_hdf5(path, handle, error)
     character(*), intent(in) :: path
     type(c_ptr), intent(out) :: handle
@@ -91,14 +91,14 @@ contains
   end function address_text
 
   !> Writes numbers, and makes the groups in the address. The file has the Fortran shape in reverse order. Errors: the disk is full,
-  !> the address exists already, or the values of an attribute take more than 64 KiB.
+  !> the address exists already, the values of an attribute take more than 64 KiB, or the rank is above 8.
   subroutine write_array(handle, path, address, type, shape, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
     !> real_type or integer_type
     integer(c_int), intent(in) :: type
-    !> Fortran shape, of rank 8 at most; empty for a scalar
+    !> Fortran shape; empty for a scalar
     integer, intent(in) :: shape(:)
     !> real(rk) or integer, as type says
     type(*), intent(in) :: values(*)
@@ -171,8 +171,8 @@ contains
   end subroutine report_write
 
   !> Returns the Fortran shape of an array, and checks its type and rank. Errors: it is missing or a group, has another type or
-  !> rank, is larger than the file can hold, is damaged, is a link, or its values are not in the file itself in one piece. Then the
-  !> shape is `rank` zeros, or empty if the rank is -1.
+  !> rank or a rank above 8, has more values than are stored in the file, is damaged, is reached by a link, or its values are not in
+  !> the file itself in one piece. Then the shape is `rank` zeros, or empty if the rank is -1.
   subroutine find_shape(handle, path, address, type, rank, shape, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
@@ -217,10 +217,11 @@ contains
     case (missing)
       call make_error(error, address_text(address) // ' is missing', file=path)
     case (elsewhere)
-      call make_error(error, address_text(address) // ' is a link, or its values stand in another file or in pieces; only values ' &
-        // 'in one piece of the file itself are read', file=path)
+      call make_error(error, address_text(address) // ' is reached by a link, or its values stand in another file or in pieces; ' &
+        // 'only values in one piece of the file itself are read', file=path)
     case (too_large)
-      call make_error(error, address_text(address) // ' claims more values than a file of this size can hold', file=path)
+      call make_error(error, address_text(address) // ' claims more values than are stored in the file (perhaps it was never ' // &
+        'filled), or too much was read from this file already', file=path)
     case default
       call make_error(error, 'cannot read ' // address_text(address) // '; is the file damaged?', file=path)
     end select
@@ -269,7 +270,8 @@ contains
   end subroutine read_array
 
   !> Reads consecutive rows of consecutive columns of a dataset that is a matrix of numbers, in Fortran's order of indices; as many
-  !> as `values` has. Errors: those of read_array; rows or columns that the matrix does not have. Empty values are never an error.
+  !> as `values` has. Errors: those of read_array; rows or columns that the matrix does not have. If `values` is empty, and
+  !> first_row and i_column are at least 1, there is no error.
   subroutine read_columns(handle, path, address, first_row, i_column, values, error)
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path

@@ -32,8 +32,8 @@ int sig_h5_cut_address(const char *text, size_t length, struct sig_h5_address *a
 /* Returns whether the path is that of the root group. */
 int sig_h5_is_root(const char *path);
 
-/* Kinds of what a path leads to: nothing, an object, a link, something damaged. LINK: a link that is not a hard link,
- * and so may lead out of the file or in a circle. */
+/* Kinds of what a path leads to: nothing, an object, a link, something damaged. LINK: a part of the path is a link that
+ * is not a hard link, and so may lead out of the file or in a circle. */
 enum sig_h5_path { SIG_H5_PATH_NONE, SIG_H5_PATH_PLAIN, SIG_H5_PATH_LINK, SIG_H5_PATH_DAMAGED };
 enum sig_h5_path sig_h5_find_object(hid_t file, const char *path);
 
@@ -61,8 +61,8 @@ hid_t sig_h5_space_of(const struct sig_h5_item *item);
  * SIG_H5_ELSEWHERE, SIG_H5_TOO_LARGE or SIG_H5_NO_READ. */
 int sig_h5_check_item(const struct sig_h5_file *file, const struct sig_h5_item *item);
 
-/* Subtracts `n_bytes` from n_left, the number of bytes that may still be read. Returns 0 if they are more than that:
- * then the file refers many times to the same bytes. */
+/* Subtracts `n_bytes` from n_left, the number of bytes that may still be read. Returns 0, and subtracts nothing, if
+ * they are more than that. So a file that refers many times to the same bytes cannot fill the memory. */
 int sig_h5_take(struct sig_h5_file *file, uint64_t n_bytes);
 
 /* Finds the object of a collection in the file to which a text of variable length refers. The bytes exist until the

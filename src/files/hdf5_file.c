@@ -27,8 +27,9 @@ static int open_failure(const char *name) {
   return H5Fis_hdf5(name) > 0 ? SIG_H5_DAMAGED : SIG_H5_NOT_HDF5;
 }
 
-/* Sets how many bytes may be read from the file in all (n_left). Each value is read once, 4-byte integers perhaps as
- * reals, and texts need a little more than their characters, so a few times the size of the file is enough. */
+/* Sets size and head of the file, and how many bytes may be read from it in all (n_left). Each value is read once,
+ * integers perhaps as reals, and texts need a little more than their characters, so a few times the size of the file is
+ * enough. */
 static void measure(sig_h5_file *file) {
   const uint64_t times = 8, for_texts = 1 << 20;
   hsize_t size = 0, head = 0;
@@ -82,7 +83,8 @@ int sig_h5_create(const char *path, size_t length, size_t n_free, sig_h5_file **
   return status;
 }
 
-/* Returns 1 if HDF5 may open the file. Also 1 for a file that cannot be opened: then HDF5 gives the reason. */
+/* Returns 1 if HDF5 may open the file. Also 1 for a file that is not plain or cannot be opened: HDF5 gives the reason.
+ */
 static int has_fine_root(const char *name) {
   struct stat status;
   const int descriptor = open(name, O_RDONLY | O_CLOEXEC | O_NONBLOCK);

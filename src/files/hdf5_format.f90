@@ -28,8 +28,8 @@ contains
     call file%write_attribute('/', 'code_version', code_version)
   end subroutine write_format
 
-  !> Opens an HDF5 file that has a seal (sig_file_seal). The seal is checked first, so that HDF5 never reads a sealed file that was
-  !> cut off or changed. A file without a seal is opened to find out what it is, and then refused.
+  !> Opens an HDF5 file that has a seal (sig_file_seal). The seal is checked first, so that HDF5 does not read a file that was cut
+  !> off or changed according to its seal. A file without a seal is opened to find out what it is, and then refused.
   !>
   !> Errors: those of check_seal, of the reader's `open` and of check_format; no seal. Then the file is closed.
   subroutine open_sealed(file, path, name, versions, hint, version, error)

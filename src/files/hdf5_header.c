@@ -19,7 +19,7 @@ struct block {
   uint64_t address, size;
 };
 
-/* Blocks that are not yet read, and the number of bytes that they may have together. */
+/* All blocks that were found so far, and the number of bytes that further blocks may have together. */
 struct blocks {
   struct block list[MAX_BLOCKS];
   size_t n;

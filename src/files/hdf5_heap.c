@@ -19,7 +19,7 @@ struct object {
 };
 
 struct sig_h5_collection {
-  uint64_t address; /* must be the first member, too; from the begin of HDF5's part of the file */
+  uint64_t address; /* must be the first member, too; from the beginning of HDF5's part of the file */
   uint64_t size;
   unsigned char *bytes;
   size_t n_objects;
@@ -49,8 +49,9 @@ int sig_h5_read_bytes(const struct sig_h5_file *file, uint64_t address, uint64_t
   return 1;
 }
 
-/* Lists the objects of a collection. Object 0 is free space, and its size includes its head. Returns 0 if the objects
- * do not fill the collection, or if two of them have the same index. */
+/* Lists the objects of a collection. Object 0 is free space, and its size includes its head. Returns 0 if an object
+ * does not fit into the collection, if two objects have the same index, if there are too many, or when out of memory.
+ */
 static int list_objects(struct sig_h5_collection *collection) {
   const uint64_t most = collection->size / HEAD < most_objects ? collection->size / HEAD : most_objects;
   collection->objects = malloc(most * sizeof *collection->objects);

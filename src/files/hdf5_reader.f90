@@ -136,8 +136,8 @@ contains
   end subroutine get_shape
 
   !> Reads consecutive rows of given columns of a matrix of numbers, in Fortran's order of indices, without reading the rest.
-  !> Errors: as read; rows or columns that do not exist. Then the values must not be used. With last < first there are no rows, and
-  !> that is no error.
+  !> Errors: as read; rows or columns that do not exist. Then the values must not be used. With last < first there are no rows. That
+  !> is no error, if first and the columns are at least 1.
   subroutine read_block(self, name, first, last, columns, values, error)
     class(h5_reader_t), intent(in) :: self
     character(*), intent(in) :: name

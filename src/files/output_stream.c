@@ -35,7 +35,7 @@ static char *next_of(const char *name, const char *link) {
 }
 
 /* Replaces *name by the path to which its links lead, step by step, because realpath fails for a file that does not
- * exist yet. The links in /proc are not paths: they stand for open files. */
+ * exist yet. Links in /proc, such as /proc/self/fd/1, may stand for open files and are not followed. */
 static int follow_links(char **name, int *is_direct) {
   char link[PATH_MAX];
   for (int i = 0; i < most_links; i++) {

@@ -99,7 +99,8 @@ contains
     else
       target = from_c(text)
       call sig_free(text)
-      if (is_direct /= 0) call make_error(error, 'this is a device or a pipe; a plain file is needed', file=path)
+      if (is_direct /= 0) call make_error(error, 'this is a device, a pipe or a path into /proc; a plain file is needed', &
+        file=path)
     end if
   end subroutine find_target
 end module sig_output_stream

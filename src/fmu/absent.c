@@ -111,20 +111,20 @@ STATES(fmi3GetEventIndicators, fmi3Float64)
 STATES(fmi3GetContinuousStates, fmi3Float64)
 STATES(fmi3GetNominalsOfContinuousStates, fmi3Float64)
 
-/* The following functions are not supported: modelDescription.xml says so by canSerializeFMUState,
- * maxOutputDerivativeOrder and its lists. */
+/* The following functions are not supported. modelDescription.xml lists the dependencies of the variables, and it does
+ * not announce the other functions (canSerializeFMUState, maxOutputDerivativeOrder, ScheduledExecution). */
 FMI3_EXPORT fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState state, size_t *size) {
   *size = 0;
-  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
+  return unit_say(instance, fmi3Error, "this FMU cannot serialize its state");
 }
 
 FMI3_EXPORT fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, uint8_t bytes[], size_t n) {
-  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
+  return unit_say(instance, fmi3Error, "this FMU cannot serialize its state");
 }
 
 FMI3_EXPORT fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const uint8_t bytes[], size_t n,
                                                fmi3FMUState *state) {
-  return unit_say(instance, fmi3Error, "states of this FMU cannot be written");
+  return unit_say(instance, fmi3Error, "this FMU cannot serialize its state");
 }
 
 FMI3_EXPORT fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference references[], size_t n,
@@ -135,13 +135,13 @@ FMI3_EXPORT fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi
 FMI3_EXPORT fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference reference,
                                                            size_t *n) {
   *n = 0;
-  return unit_say(instance, fmi3Error, "dependencies stand in modelDescription.xml");
+  return unit_say(instance, fmi3Error, "the dependencies of variables are listed in modelDescription.xml");
 }
 
 FMI3_EXPORT fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference reference,
                                                    size_t elements[], fmi3ValueReference independents[],
                                                    size_t independent_elements[], int kinds[], size_t n) {
-  return unit_say(instance, fmi3Error, "dependencies stand in modelDescription.xml");
+  return unit_say(instance, fmi3Error, "the dependencies of variables are listed in modelDescription.xml");
 }
 
 FMI3_EXPORT fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,

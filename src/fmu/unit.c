@@ -27,8 +27,8 @@ static char *path_of(fmi3String resources, const char *name) {
 }
 
 /* Reads the table of outputs: `signorom outputs 1`, the token, the number of nodes and the nodes, the number of outputs
- * and a line for each of them: kind (a number of output_kind), entry, component. Returns false if the token is another
- * one or a number is out of range. */
+ * and a line for each of them: kind (a number of output_kind), entry, component. Returns false if the table has another
+ * form, the token is another one, a number is out of range or memory is missing. Node numbers are not checked. */
 static bool read_table(unit_t *unit, FILE *file, fmi3String token) {
   char found[65];
   if (fscanf(file, "signorom outputs 1 %64s %d", found, &unit->n_nodes) != 2 || strcmp(found, token) != 0) return false;

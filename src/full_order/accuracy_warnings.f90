@@ -22,7 +22,7 @@ module sig_accuracy_warnings
   !> [-] residual of equilibrium over the forces: a direct solver leaves 1e-16 to 1e-12
   real(rk), parameter :: largest_residual = 1.0e-6_rk
 
-  !> [rad] rotations above it are not small: linear equations make a body grow by half of its square
+  !> [rad] rotations above it are not small: in linear equations a body that rotates grows by half of the square of the rotation
   real(rk), parameter :: largest_small_rotation = 0.1_rk
   !> [-] deformations above it are far from small: often a unit is wrong. The half disks of the paper have 0.26
   real(rk), parameter :: largest_small_deformation = 0.3_rk
@@ -126,8 +126,8 @@ contains
     if (size(residuals) == 0) return
     if (all(residuals <= largest_residual)) return
     warning = 'the full-order solutions miss equilibrium by up to ' // short_number(maxval(residuals)) // &
-      ' of the forces (limit ' // short_number(largest_residual) // '): the stiffness is ill-conditioned; look at materials ' // &
-      'of very different stiffness and at flat elements'
+      ' of the forces (limit ' // short_number(largest_residual) // '): the stiffness may be ill-conditioned; look at ' // &
+      'materials of very different stiffness and at flat elements'
   end function equilibrium_warning
 
   !> Returns the text of rotation_warning, or if that is empty, of deformation_warning.
@@ -166,9 +166,9 @@ contains
       'equations are right for small displacements only: see whether lengths, loads, gaps and moduli have the right units'
   end function deformation_warning
 
-  !> Returns warnings of errors of a model, at most one for each of e_u, e_lambda_rid and e_lambda_all: that it has no value at any
-  !> point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. Without one of e_u,
-  !> loose_warning follows where it has a text. Empty without warnings.
+  !> Returns warnings of errors of a model, at most one for each of e_u, e_lambda_rid and e_lambda_all: that the error has no value
+  !> at any point; else that its median is above largest_median; else that its 95 % quantile is above largest_p95. If none of these
+  !> is said of e_u, loose_warning comes in its place, where that has a text. Empty without warnings.
   pure function error_warnings(kind, names, errors) result(warnings)
     !> kind of the model, for accuracy_advice
     character(*), intent(in) :: kind
@@ -190,7 +190,7 @@ contains
           'displacements of all nodes, or has no answer')
       else if (statistics%n_values == 0) then
         call append_text(warnings, trim(judged_names(i)) // ' could not be measured: it has no value at any of the ' // &
-          to_text(size(errors, 2)) // ' test points (no contact there, no full-order solution, or no answer)')
+          to_text(size(errors, 2)) // ' test points (no contact there, no full-order solution, no displacements, or no answer)')
       else if (statistics%median > largest_median(i)) then
         call append_text(warnings, large_error(kind, judged_names(i), 'median', statistics%median, largest_median(i)))
       else if (statistics%p95 > largest_p95(i)) then
@@ -239,7 +239,8 @@ contains
     is_measured = statistics%n_values > 0
   end function is_measured
 
-  !> Returns the warning of an error that is above its limit, with accuracy_advice for this kind of model. It is not compared here.
+  !> Returns the warning of an error that is above its limit, with accuracy_advice for this kind of model. The caller has compared
+  !> the value with the limit.
   pure function large_error(kind, name, statistic, value, limit) result(text)
     character(*), intent(in) :: kind
     !> of the error, such as e_u

@@ -35,7 +35,7 @@ contains
     type(contact_rows_t), intent(out) :: rows
     !> a sentence for each entry with mortar rows: why it has no pairs, and what was found; then those of add_direction_notes
     type(string_t), allocatable, intent(out) :: notes(:)
-    !> the multipliers of the entry sit on its second surface, which only mortar rows can do; shape (size(deck%contact))
+    !> whether the multipliers of each entry are on its second surface, possible for mortar rows only; shape (size(deck%contact))
     logical, intent(out) :: is_swapped(:)
     type(error_t), allocatable, intent(out) :: error
     type(node_pairs_t) :: pairs

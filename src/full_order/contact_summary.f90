@@ -92,7 +92,7 @@ contains
     if (size(gaps, 2) == 0 .or. size(theta, 2) == 0) return
     smallest = huge(smallest)
     largest = -huge(largest)
-    ! of many terms, most are those of a load
+    ! if there are many terms, most of them belong to a load, and no gap needs them
     associate (used => pack([(i, i=1, size(gaps, 1))], any(abs(gaps) > 0, dim=2)))
       do i_point = 1, size(theta, 2)
         smallest = min(smallest, minval(matmul(theta(used, i_point), gaps(used, :))))

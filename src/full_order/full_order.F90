@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The owner of a command's full-order problem: deck and mesh are read once, and every solver is made once.
+!> The owner of a command's full-order problem: the mesh is read once, the problem is built once, and every solver is made once.
 !>
 !> Ranks work in groups on different points. Each way to split them is a team with a solver of its own, which waits until a stage
 !> needs it and then serves all later stages.
@@ -36,7 +36,7 @@ module sig_full_order
   type :: full_order_t
     !> the same on all ranks
     type(problem_t) :: problem
-    !> deck and mesh were read
+    !> load has built the problem
     logical :: is_loaded = .false.
     type(team_pointer_t), allocatable, private :: teams(:)
   contains

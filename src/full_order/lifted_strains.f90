@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Finds the forces and terms that a reduced model lifts beside prescribed displacements: those of the imposed strains.
+!> Finds what imposed strains add to the lifting of a reduced model, beside prescribed displacements: forces and terms.
 !>
 !> The imposed strains are sum over s of theta_s(mu) eps_s. The lifting has the elastic response to each eps_s, for the stiffness in
 !> the middle of the box. If the stiffness depends on the parameters, theta_s times this response is only near the response at mu.
@@ -19,15 +19,16 @@ module sig_lifted_strains
 contains
 
   !> Gives the boundary conditions one field of lifted forces for each term theta_s of the imposed strains that causes forces, and
-  !> lists all terms that are lifted. Local.
+  !> lists all terms for which the lifting has a column. Local.
   subroutine lift_strains(mesh, body, strains, n_first, terms, boundary, lifted_terms)
     type(mesh_t), intent(in) :: mesh
     !> with its elastic constants in the middle of the box
     type(elastic_body_t), intent(in) :: body
     type(imposed_strains_t), intent(in) :: strains
-    !> number of the problem's first terms that are not searched for theta_s; only theta_1 = 1 is the problem's term 1
+    !> the first n_first terms of the problem are not searched for theta_s (theta_1 = 1 is always the problem's term 1)
     integer, intent(in) :: n_first
-    !> terms of the problem; gets theta_s if it is not there, as where all forces of the strains have a modulus as a factor
+    !> terms of the problem; a theta_s that is not found is added, for example where the forces of the strains have a modulus as a
+    !> factor
     type(term_set_t), intent(inout) :: terms
     !> gets the forces of each theta_s as lifted forces
     type(boundary_conditions_t), intent(inout) :: boundary

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Finds windows of loads that miss their surface, so that the load acts on nothing.
+!> Finds loads that act on nothing: no part of their surface is in their window or, with load: whole_edges, no whole facet.
 module sig_load_windows
   use sig_deck_config, only: deck_config_t, load_config_t, value_config_t
   use sig_errors, only: error_t, make_error
@@ -24,7 +24,7 @@ module sig_load_windows
 
 contains
 
-  !> Checks the windows without parameters. Errors: the first that no facet of its surface meets; an unknown surface.
+  !> Checks the windows without parameters. Errors: the first window in which nothing of its surface is loaded; an unknown surface.
   subroutine check_fixed_windows(deck, mesh, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -42,13 +42,13 @@ contains
         if (is_met(boxes, load, bounds(:, 1))) cycle
         call make_error(error, 'the window of loads[' // to_text(i) // '] loads nothing of ''' // load%target%text // ''': ' // &
           extent_text(deck, load, boxes), deck%path, load%target%line, load%target%column, &
-          'the window needs ' // facets_needed(load) // ': change its axis or its bounds')
+          facets_needed(load) // ' must be in the window: change its axis or its bounds')
         return
       end associate
     end do
   end subroutine check_fixed_windows
 
-  !> Returns a warning for each load whose window depends on the parameters and misses the surface at some of the points.
+  !> Returns a warning for each load whose window depends on the parameters and loads nothing at one or more of the points.
   function window_warnings(deck, mesh, points) result(warnings)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -197,7 +197,7 @@ contains
     type(load_config_t), intent(in) :: load
     character(:), allocatable :: text
 
-    text = 'a part of this range'
-    if (.not. load%is_cut) text = 'at least one whole facet of the surface (load: whole_edges)'
+    text = 'a part of the surface'
+    if (.not. load%is_cut) text = 'with load: whole_edges, at least one whole facet of the surface'
   end function facets_needed
 end module sig_load_windows

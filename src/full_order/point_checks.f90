@@ -39,8 +39,8 @@ contains
     end do
   end subroutine check_points
 
-  !> Makes the error that names the expression without a finite value, and the point. For a surface load it names the load, even if
-  !> a bound of its window is not finite.
+  !> Makes the error that names the expression without a finite value, and the point. For a surface load with a window, the message
+  !> says that the load or a bound of the window is not finite.
   subroutine refuse_point(problem, point, i_source, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters)
@@ -48,11 +48,14 @@ contains
     !> index in problem%terms%sources, 1-based
     integer, intent(in) :: i_source
     type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: of_window
 
+    of_window = ''
     associate (source => problem%terms%sources(i_source))
-      call make_error(error, 'the expression ''' // source%text // ''' is not finite at ' // &
+      if (source%axis > 0) of_window = ' or a bound of its window'
+      call make_error(error, 'the expression ''' // source%text // '''' // of_window // ' is not finite at ' // &
         format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column, &
-        'change it or the range of the parameters; for a load with a window, the bounds of the window must be finite, too')
+        'change it or the range of the parameters')
     end associate
   end subroutine refuse_point
 

@@ -26,9 +26,9 @@ module sig_point_solver
     type(contact_system_t) :: system
     class(contact_solver_t), allocatable :: solver
     type(term_values_t) :: terms
-    !> the bodies at the point that the stiffness was assembled for
+    !> the bodies of the last take_body; not set before
     type(elastic_body_t) :: body
-    !> [s] wall time of assembly and of what the solver does once
+    !> [s] wall time of create: assembly, and what the solver does once if the stiffness is fixed
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0

@@ -192,8 +192,7 @@ contains
     call warn_of_plan(problem, points)
   end subroutine announce_plan
 
-  !> Logs the warnings of a problem, also of windows of loads that miss their surface at some of the points. Requires: check_points
-  !> accepted the points.
+  !> Logs the warnings of a problem, and those of window_warnings at the points. Requires: check_points accepted the points.
   subroutine warn_of_plan(problem, points)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

@@ -95,7 +95,7 @@ contains
     logical, intent(in) :: is_prescribed(:)
     type(contact_rows_t), intent(out) :: rows
     type(contact_rows_t), intent(out) :: inert
-    !> a component of the unit normal below this is rounding of the deck's direction
+    !> [-] a coefficient of at most this size is rounding
     real(rk), parameter :: negligible = 1.0e-12_rk
     logical :: is_inert(all_rows%n_rows)
     integer :: k

@@ -19,7 +19,8 @@ module sig_mechanical_models
     character(1) :: axes(3) = ' '
     !> whether the body is the mesh turned around the axis x = 0
     logical :: is_round = .false.
-    !> whether the stress sigma_zz is zero (plane stress); otherwise strain components that are not in `strains` are zero
+    !> whether the stress sigma_zz is zero (plane stress); otherwise total strains (elastic plus imposed) that are not in `strains`
+    !> are zero
     logical :: is_thin = .false.
     !> number of strain components that do work, and their numbers in the tensor
     integer :: n_strains = 0

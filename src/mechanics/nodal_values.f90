@@ -3,8 +3,9 @@
 !>
 !> On the first side, the value of row k is a weighted sum of nodal values u~_k = w_1 u_1 + w_2 u_2 + ..., where w are the shares of
 !> its nodes and node 1 is its owner. So the value at the owner is (u~_k - w_2 u_2 - ...) / w_1; if the owner is alone, it is u~_k.
-!> The gap of a node is along the normal of its own row, and its component along the normal of row k counts. A node of the second
-!> side has the mean pressure of the rows that contain it, weighted by their areas and the sizes of its shares.
+!> The gap of an owner is along the normal of its own row; in the sum of row k, its component along the normal of row k counts. A
+!> node of the second side that owns no row has the mean pressure of the rows that contain it, weighted by their areas and the sizes
+!> of its shares.
 module sig_nodal_values
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_contact_rows, only: contact_rows_t

@@ -12,18 +12,20 @@ module sig_cell_quality
   private
   public :: orient_cells
 
-  !> [-] a cell below this quality counts as flat
+  !> [-] a corner whose quality has a smaller size is flat; at an integration point a smaller quality means folded
   real(rk), parameter :: min_quality = 1.0e-10_rk
 
 contains
 
   !> Gives every cell a positive volume: the nodes of an inverted cell, whose corner qualities are all negative, get another order.
   !>
-  !> Errors: the first cell that is flat (a corner's quality has a size below 1e-10), folded (only some corners have a
-  !> negative quality), or folded by its mid-side nodes (a quadratic cell whose quality at an integration point is below 1e-10). The
-  !> message has the cell's region, its number in gmsh and its worst quality: at a corner the determinant of the unit vectors along
-  !> the edges, at an integration point along the reference axes, 1 at right angles. After an error the later cells are not
-  !> corrected.
+  !> Errors: the first cell that is flat (a corner's quality has a size below 1e-10), folded (some corners have a negative quality,
+  !> others a positive one), or folded by its mid-side nodes (a quadratic cell whose quality at an integration point is below
+  !> 1e-10). A quality that is not a number counts as too small. After an error the later cells are not corrected.
+  !>
+  !> The quality of a corner is the determinant of the unit vectors along its edges, that of an integration point the determinant of
+  !> the unit vectors along the reference axes; at right angles it is 1. The message has the cell's region, its number in gmsh and a
+  !> quality: for a flat cell the smallest one in size, without its sign; otherwise the lowest one.
   pure subroutine orient_cells(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages

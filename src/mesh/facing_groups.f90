@@ -19,7 +19,7 @@ module sig_facing_groups
     !> [-] share of the first surface's area that faces the second one
     real(rk) :: share = 0
     !> [length] least and largest distance of the facing facets' centers along the normals of the first surface, negative where they
-    !> overlap; 0 below 1e-9 of the reach
+    !> overlap; 0 if the size is below 1e-9 of the reach
     real(rk) :: gap(2) = 0
     !> [-] flat_direction of the second surface, if it is flat and the first one is not; otherwise 0
     real(rk) :: direction(3) = 0

@@ -104,7 +104,7 @@ static bool scan_file(sig_gmsh *mesh) {
   for (;;) {
     sig_scan_skip_space(s);
     if (s->at >= s->size) break;
-    if (s->bytes[s->at] != '$') return sig_scan_fail(s, s->at, "text between two sections; a section starts with $");
+    if (s->bytes[s->at] != '$') return sig_scan_fail(s, s->at, "text outside of the sections; a section starts with $");
     if (!scan_section(mesh)) return false;
   }
   if (!mesh->is_for_fields && (!mesh->has_nodes || !mesh->has_elements))

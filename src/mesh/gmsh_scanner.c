@@ -123,9 +123,10 @@ bool sig_scan_check_count(sig_scanner *scanner, int64_t count, size_t min_bytes,
   if (count < 0)
     return sig_scan_fail(scanner, scanner->at, "$%s announces %lld %s", scanner->section, (long long)count, things);
   if ((uint64_t)count > (scanner->size - scanner->at) / min_bytes)
-    return sig_scan_fail(scanner, scanner->at,
-                         "$%s announces %lld %s, more than the rest of the file can hold; it was cut off",
-                         scanner->section, (long long)count, things);
+    return sig_scan_fail(
+        scanner, scanner->at,
+        "$%s announces %lld %s, for which the file is too short; it was cut off, or the number is wrong",
+        scanner->section, (long long)count, things);
   return true;
 }
 

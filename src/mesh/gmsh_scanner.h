@@ -17,7 +17,7 @@ typedef struct {
   bool is_binary;      /* the data between the section marks is binary */
   const char *section; /* for messages; static text or owned by the caller */
   char message[SIG_GMSH_MESSAGE_SIZE];
-  int line; /* line of the message; 0 if the message names a byte */
+  int line; /* line of the failure in a text file; 0 in a binary file, and for a failure without a place */
   bool is_out_of_memory;
 } sig_scanner;
 

@@ -159,7 +159,7 @@ static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
   if (!scan_bounded(s, sig_scan_int, 0, 1, "the mark of parametric nodes", &is_parametric) || !sig_scan_size(s, &count))
     return false;
   if (count < 0 || count > mesh->n_nodes - *n_done)
-    return sig_scan_fail(s, s->at, "the blocks of $Nodes hold more than the %d nodes it announces", mesh->n_nodes);
+    return sig_scan_fail(s, s->at, "the blocks of $Nodes do not fit the %d nodes that it announces", mesh->n_nodes);
   for (int i = *n_done; i < *n_done + (int)count; i++)
     if (!scan_tag(s, sig_scan_size, "a node number", &mesh->node_tags[i])) return false;
   double parameter;
@@ -237,7 +237,8 @@ static bool add_membership(sig_gmsh *mesh, int row) {
          sig_scan_fail(s, s->at, "the mesh has more elements than this program can number");
 }
 
-/* Reads the tags of an element of format 2.2: physical group, entity, then the partitions to which it belongs. */
+/* Reads the tags of an element of format 2.2: physical group, entity; then, if the mesh is partitioned, the number of
+ * its partitions and these. */
 static bool scan_tags_22(sig_scanner *s, int64_t n_tags, int *physical) {
   *physical = 0;
   if (!sig_scan_check_count(s, n_tags, 2, "tags of an element")) return false;
@@ -296,7 +297,7 @@ static bool scan_element_block(sig_gmsh *mesh, int64_t *n_done, int64_t n_announ
   if (!scan_bounded(s, sig_scan_int, INT_MIN, INT_MAX, "an entity tag", &key.tag) || !scan_type(s, &type)) return false;
   if (!sig_scan_size(s, &count)) return false;
   if (count < 0 || count > n_announced - *n_done)
-    return sig_scan_fail(s, s->at, "the blocks of $Elements hold more than the %lld elements it announces",
+    return sig_scan_fail(s, s->at, "the blocks of $Elements do not fit the %lld elements that it announces",
                          (long long)n_announced);
   const sig_gmsh_entity *entity = NULL;
   if (mesh->entities.n > 0)

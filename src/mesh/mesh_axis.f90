@@ -11,8 +11,8 @@ module sig_mesh_axis
 
 contains
 
-  !> Sets a negative x that is only a rounding error to 0. Errors: the lowest x is below -1e-12 times the largest size of a
-  !> coordinate. Then the message names the node with the lowest x, and no x is changed.
+  !> Sets each negative x to 0, if all of them are only rounding errors. Errors: the lowest x is below -1e-12 times the largest size
+  !> of a coordinate. Then the message names the node with the lowest x, and no x is changed.
   pure subroutine check_radii(mesh, path, error)
     type(mesh_t), intent(inout) :: mesh
     !> mesh file, for messages

@@ -211,20 +211,22 @@ contains
     character(*), intent(in) :: noun, deck_path
     type(error_t), allocatable, intent(out) :: error
     type(string_t), allocatable :: candidates(:)
-    character(:), allocatable :: message, guess
+    character(:), allocatable :: message, guess, owner
     integer :: i
 
     message = "the mesh has no " // noun // " '" // name%text // "'"
+    owner = 'it'
     allocate (candidates(0))
     do i = 1, size(mesh%groups)
       if (mesh%groups(i)%n_dim >= min_dim .and. mesh%groups(i)%n_dim <= max_dim) then
         call append_text(candidates, mesh%groups(i)%name)
       else if (mesh%groups(i)%name == name%text) then
         message = "'" // name%text // "' of the mesh is no " // noun // ' but ' // kind_of_group(mesh, i)
+        owner = 'the mesh'
       end if
     end do
-    if (size(candidates) > 0) message = message // '; it has ' // join(candidates, ', ')
-    if (size(candidates) == 0) message = message // '; it has none'
+    if (size(candidates) > 0) message = message // '; ' // owner // ' has ' // join(candidates, ', ')
+    if (size(candidates) == 0) message = message // '; ' // owner // ' has none'
     guess = did_you_mean(name%text, candidates)
     if (len(guess) > 0) guess = "did you mean '" // guess // "'?"
     call make_error(error, message, file=deck_path, line=name%line, column=name%column, hint=guess)

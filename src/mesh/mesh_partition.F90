@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Chooses the rank that owns each node and each cell. Both nodes of a contact pair always have the same owner.
+!> Chooses the rank that owns each node and each cell. Both nodes of a pair that the caller gives have the same owner.
 module sig_mesh_partition
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_INTEGER
   use sig_mesh, only: mesh_partition_t, mesh_t, nodes_of_cell

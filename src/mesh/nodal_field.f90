@@ -108,7 +108,7 @@ contains
     allowed = same_place * maxval([0.0_rk, abs(mesh%coordinates)])
     do i = 1, size(raw%place_tags)
       i_node = node_with_tag(mesh%node_tags, order, raw%place_tags(i))
-      ! this node belongs to no element, so the mesh does not have it
+      ! no cell of a named region has this node, so the mesh does not have it
       if (i_node == 0) cycle
       if (all(abs(mesh%coordinates(:, i_node) - raw%coordinates(:mesh%n_dim, i)) <= allowed)) cycle
       call make_error(error, 'the field ''' // config%name%text // ''' belongs to another mesh: node ' // &

@@ -21,7 +21,8 @@ module sig_node_pairs
     integer, allocatable :: second_node(:)
     !> [-] unit vector from the first body to the second or to the obstacle, shape (n_dim, n_pairs)
     real(rk), allocatable :: normal(:, :)
-    !> [length] (x_second - x_first) . normal in the mesh; negative if the bodies overlap; 0 for an obstacle
+    !> [length] (x_second - x_first) . normal in the mesh, negative if the bodies overlap; 0 for an obstacle. If the deck gives a
+    !> gap or an obstacle, set_initial_gaps replaces it
     real(rk), allocatable :: initial_gap(:)
     !> [length] gap that each term adds to the initial gap when its value is 1, shape (n_pairs, n_terms); no terms at first
     real(rk), allocatable :: gap_factors(:, :)

@@ -176,7 +176,7 @@ contains
 
   pure function partner_text(mesh, i_node) result(text)
     type(mesh_t), intent(in) :: mesh
-    !> node, 0 = none
+    !> node, 0 = the obstacle
     integer, intent(in) :: i_node
     character(:), allocatable :: text
 

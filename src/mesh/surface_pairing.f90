@@ -95,8 +95,8 @@ contains
       return
     end if
     i_node = mesh%facet_nodes(mesh%facet_offsets(geometry%inner_facet) + 1)
-    call refuse(surfaces, surface, "the surface '" // surface%text // "' lies inside a body at " // node_text(mesh, i_node) // &
-                '; contact needs two bodies with nodes of their own', error, &
+    call refuse(surfaces, surface, "the surface '" // surface%text // "' has a facet, at " // node_text(mesh, i_node) // &
+                ', that is not the side of exactly one cell; contact needs two bodies with nodes of their own', error, &
                 'draw the surface once for each body, so that gmsh does not join their nodes')
   end subroutine measure
 

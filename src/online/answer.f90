@@ -18,7 +18,8 @@ module sig_answer
 
   !> Answer at one point. Without an answer (reason <= 0) the arrays have no meaning.
   type :: answer_t
-    !> part of the model that the choice selected, 1-based
+    !> part that was asked first, 1-based: the cluster that the choice or the caller selected; in an answer that only derivatives
+    !> need, it may be the fallback
     integer :: cluster = 1
     !> part that answered: the cluster, or the model's fallback
     integer :: part = 1
@@ -32,11 +33,11 @@ module sig_answer
     real(rk), allocatable :: multipliers_rid(:)
     !> whether lambda > 0 on the contact rows of the cluster, shape (n_rows)
     logical, allocatable :: is_active(:)
-    !> [force] lambda on all contacts where is_whole, shape (n_multipliers)
+    !> [force] lambda on all contacts, shape (n_multipliers); not known if is_whole is false
     real(rk), allocatable :: multipliers(:)
     logical :: is_whole = .false.
-    !> [force] unknowns of the solved problem, shape (n_multipliers); they differ from the multipliers at anchors, whose openings
-    !> are unknowns; zero where a part of the kind hhr or tied answered
+    !> [force] z, the unknowns of the solved problem, shape (n_multipliers): contact forces; at anchors the openings over the
+    !> `scale` of the part. Zero if a part of the kind hhr or tied answered
     real(rk), allocatable :: unknowns(:)
     !> one of sig_lcp's methods, or answer_condensed; method_name gives its name
     integer :: method = 0
@@ -60,7 +61,8 @@ module sig_answer
     real(rk) :: relative_bound = no_bound
     !> [sqrt(force*length)] upper bound of the error of the displacement in the norm of the stiffness; no_bound without one
     real(rk) :: displacement_bound = no_bound
-    !> [-] this bound over the size of the displacement, at least a thousandth of the largest in training; no_bound without one
+    !> [-] displacement_bound over the size of the displacement, which counts as at least a thousandth of the largest in training;
+    !> no_bound without one
     real(rk) :: relative_displacement_bound = no_bound
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)

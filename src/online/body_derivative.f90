@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Derivatives of one body's responses with respect to the terms, by the product rule on (1/s) M(c) x with the scale s of its moduli
-!> and its interpolated constants c.
+!> Derivatives of one body's responses with respect to the terms, by the product rule. Responses to forces are (1/s) M(c) x, those
+!> to prescribed displacements are M(c) x; s is the scale of the body's moduli, and c are its interpolated constants.
 module sig_body_derivative
   use sig_body_response, only: body_response_t, sum_of_row
   use sig_interpolated_constants, only: variable_change
@@ -75,8 +75,8 @@ contains
     end do
   end subroutine find_constants
 
-  !> Adds to `opening` the body's part of the change of W z + q, where the terms change as given to create and z stays constant.
-  !> Rows of anchors are those of open anchors, and gaps are left out.
+  !> Adds to `opening` the body's part of the change of W z + q, if the terms change as given to create and z stays constant. Rows
+  !> of anchors are those of open anchors, and the change of the gaps D is left out.
   subroutine add_opening(self, body, forces, opening)
     class(body_derivative_t), intent(in) :: self
     !> the body that create was called with
@@ -136,8 +136,8 @@ contains
     call multiply(1.0_rk, matrix, x, 1.0_rk, y)
   end subroutine add_interpolated
 
-  !> Returns the body's part [length] of the change of one row of W z + q, where z changes by dz and the terms as given to create.
-  !> Gaps are left out.
+  !> Returns the body's part [length] of the change of one row of W z + q, if z changes by dz and the terms as given to create. The
+  !> change of the gaps D is left out.
   pure real(rk) function opening_of_row(self, body, forces, force_change, row) result(change)
     class(body_derivative_t), intent(in) :: self
     !> the body that create was called with
@@ -145,7 +145,7 @@ contains
     !> [force] z and dz, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: force_change(:)
-    !> row among the multipliers, 1-based; of an anchor, it is that of the open anchor
+    !> row among the multipliers, 1-based; the row of an anchor is that of the open anchor
     integer, intent(in) :: row
 
     change = change_of_row(self, size(forces), row, body%loaded_opening, body%prescribed_opening) + &

@@ -2,9 +2,10 @@
 !> The displacement of one body by modes if its elastic constants depend on the parameters. Training makes these data, and the model
 !> file keeps them.
 !>
-!> u = L theta + Phi a with liftings L of prescribed displacements and POD modes Phi, which vanish on held dofs. Galerkin's method
-!> gives a from the contact forces z:  sum_q k_q Phi'K_q Phi a = Phi'(F theta - B'z) - sum_q k_q Phi'K_q L theta, where K_q are
-!> the bulk and shear parts of each material's stiffness at a place mu_0, and k_q their moduli over those of mu_0.
+!> u = L theta + Phi a with liftings L of prescribed displacements and POD modes Phi. The modes are zero on dofs whose displacement
+!> is prescribed. Galerkin's method gives a from the contact forces z:  sum_q k_q Phi'K_q Phi a = Phi'(F theta - B'z) - sum_q k_q
+!> Phi'K_q L theta, where K_q are the bulk and shear parts of each material's stiffness at a place mu_0, and k_q are their moduli
+!> over those at mu_0.
 !>
 !> The residual r is a combination, with coefficients c, of few columns: F, B', K_q L and K_q Phi. T is the triangle of these
 !> columns in a basis that is orthonormal in the norm of K(mu_0)^-1. So |r|_{K^-1} <= |T c| / sqrt(min k_q), because K >= min k_q
@@ -20,21 +21,22 @@ module sig_body_modes
   private
   public :: body_modes_t, find_coordinates, part_moduli, part_ratios
 
+  !> The data of one body. In the units below the columns of L and Phi are lengths, and their factors theta and a have no unit.
   type :: body_modes_t
     !> dofs of the body, ascending, 1-based
     integer, allocatable :: dofs(:)
-    !> L and Phi, shape (size(dofs), n_lifted + n_modes); Phi is [-], L has the units of the prescribed values
+    !> [length] L and Phi, shape (size(dofs), n_lifted + n_modes)
     real(rk), allocatable :: basis(:, :)
-    !> terms that L lifts, 1-based
+    !> term of each column of L, 1-based, shape (n_lifted)
     integer, allocatable :: lifted_terms(:)
-    !> terms of Young's modulus and Poisson's ratio of each material of the body
+    !> terms of Young's modulus and Poisson's ratio of each material of the body, 1-based
     integer, allocatable :: modulus_terms(:)
     integer, allocatable :: ratio_terms(:)
     !> [force/length**2] moduli at mu_0, bulk and shear of each material in turn; shape (n_parts)
     real(rk), allocatable :: moduli(:)
     !> [force*length] V'K_q V with V = [L, Phi], column by column; shape (n_basis**2, n_parts)
     real(rk), allocatable :: stiffness(:, :)
-    !> [force*length per unit of theta] Phi'F, shape (n_modes, n_driving_terms)
+    !> [force*length] Phi'F, shape (n_modes, n_driving_terms)
     real(rk), allocatable :: loads(:, :)
     !> [length] V'B', shape (n_basis, n_multipliers)
     real(rk), allocatable :: contact(:, :)
@@ -296,7 +298,7 @@ contains
     energy = force // '*' // length
     call file%write(group // '/dofs', self%dofs, description='dofs of the model that belong to the body, 1-based')
     call file%write(group // '/basis', self%basis, description= &
-      'liftings of prescribed displacements, then modes; a column of these per row')
+      'liftings of prescribed displacements, then modes; a lifting or a mode per row')
     call file%write(group // '/lifted_terms', self%lifted_terms, description='terms that the liftings belong to, 1-based')
     call file%write(group // '/modulus_terms', self%modulus_terms, description= &
       'terms of the Young''s moduli of the materials of the body, 1-based')
@@ -306,7 +308,7 @@ contains
       'bulk and shear modulus of each material, for which the parts below are')
     call file%write(group // '/stiffness', self%stiffness, energy, 'stiffness of the basis, a bulk or shear part per row')
     call file%write(group // '/loads', self%loads, energy, 'work of loads on the modes, a term per row')
-    call file%write(group // '/contact', self%contact, length, 'closing of each pair by the basis, a pair per row')
+    call file%write(group // '/contact', self%contact, length, 'closing of each contact by the basis, a contact per row')
     call file%write(group // '/residuals', self%residuals, 'sqrt(' // energy // ')', &
       'forces of loads, of contact and of the parts of the stiffness, in an orthonormal basis')
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')

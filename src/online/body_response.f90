@@ -343,9 +343,9 @@ contains
 
     call file%write(group // '/modulus_term', self%modulus_term, description='term that is the modulus of the body, 1-based')
     call file%write(group // '/modulus', self%modulus, description='value of this modulus in the responses below')
-    call file%write(group // '/numerators', self%numerators, description='terms that the responses are interpolated over, 1-based')
-    call file%write(group // '/denominators', self%denominators, description='terms that the numerators are divided by, ' // &
-      '1-based; 0: none')
+    call file%write(group // '/numerators', self%numerators, description='terms (1-based) that the responses depend on')
+    call file%write(group // '/denominators', self%denominators, description='terms (1-based) that these terms are ' // &
+      'divided by; 0: none')
     call file%write(group // '/is_logarithmic', merge(1, 0, self%is_logarithmic), description='1: the interpolation is over ' // &
       'the logarithms of these constants')
     call file%write(group // '/lower', self%nodes%lower, description='lower and upper end of each constant of the interpolation')
@@ -353,17 +353,17 @@ contains
     call file%write(group // '/nodes', self%nodes%nodes, '1', 'nodes of the interpolation, a node per row; the box is ' // &
       'mapped to -1 ... 1')
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
-      'closing of each pair under the contact force of each pair, a node per row')
-    call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each pair under loads, term by term')
+      'opening of each contact under a unit contact force of each contact, a node of the interpolation per row')
+    call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each contact under loads, term by term')
     call file%write(group // '/prescribed_opening', self%prescribed_opening, length, &
-      'opening of each pair under prescribed displacements')
+      'opening of each contact under prescribed displacements, term by term')
     call file%write(group // '/own', self%own, description='exact dofs of the body: their numbers (1-based) among the exact ' // &
       'dofs of the model')
     call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these dofs under loads, term by term')
     call file%write(group // '/prescribed_field', self%prescribed_field, length, &
-      'displacement of these under prescribed displacements')
+      'displacement of these dofs under prescribed displacements, term by term')
     call file%write(group // '/contact_field', self%contact_field, length // '/(' // force // ')', &
-      'displacement of these against the contact force of each pair, pair by pair')
+      'minus the displacement of these dofs under a unit contact force, contact by contact')
     call file%write(group // '/is_thin', merge(1, 0, self%is_thin), description='1: plane stress, 0: another model')
     call self%bound%write(file, group, length, force)
   end subroutine write

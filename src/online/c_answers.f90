@@ -21,17 +21,17 @@ module sig_c_answers
     real(c_double) :: bound, relative_bound, displacement_bound, relative_displacement_bound
   end type c_answer_t
 
-  !> size of the first version, which ends with n_solutions and padding
+  !> [bytes] size of the first version of the structure, which ends with n_solutions and padding
   integer(c_size_t), parameter :: first_size = 64
-  !> an uninitialized structure gives a size like this; no version will be as large
+  !> [bytes] a size of this or more can only come from a structure that was not initialized: no version will be as large
   integer(c_size_t), parameter :: too_large = 65536
 
 contains
 
-  !> Whether the component `size` of the caller's answer is possible, or `answer` is null; otherwise the message of the context says
+  !> Whether `answer` is null, or the component `size` of the caller's answer is possible. If not, the message of the context says
   !> how to set the size. It must be at least first_size and less than too_large; a program with a newer header has larger answers.
-  !> Size 0 is possible for one answer, not for several, whose distance it does not tell: as in an answer filled with zeros, it
-  !> means the first version of the structure, with which every later version begins.
+  !> For one answer the size may be 0, as in an answer filled with zeros. It then means the first version of the structure, with
+  !> which every later version begins. For several answers it may not be 0, because it must tell their distance.
   logical function has_size(handle, answer, n, n_bytes)
     type(context_handle_t), intent(inout) :: handle
     !> the caller's answer, or the first of several, or null

@@ -18,7 +18,7 @@ module sig_c_api_many
     type(c_ptr) :: nodes, displacement
   end type c_arrays_t
 
-  !> The caller's arrays; the last index is the point. An array that the caller does not want is null.
+  !> The caller's arrays; their last index is the point, except in `nodes`. An array that the caller does not want is null.
   type :: targets_t
     integer(c_int), pointer :: nodes(:) => null()
     real(c_double), pointer :: multipliers(:, :) => null()
@@ -130,10 +130,10 @@ contains
       'give areas, forces and moments all or none, and only together with multipliers')
   end function are_consistent
 
-  !> Queries one point after the other, and fills `answers` and `targets`. The context then has the answer of the last point, or
-  !> none if n is 0. code is code_ok; no_answer if a point has no answer (the others are answered all the same); bad_argument,
-  !> without any query, if there are points and the size of the answers is not set (has_size). Without code_ok the message of the
-  !> context says which of the two it is.
+  !> Queries one point after the other, and fills `answers` and `targets`. The context then has the answer of the last point, if
+  !> there is one. code is code_ok; no_answer if a point has no answer (the others are answered all the same); bad_argument, without
+  !> any query, if there are points and the size of the answers is not possible (has_size). Unless code is code_ok, the message of
+  !> the context says why.
   subroutine ask_all(handle, n, points, answers, targets, code)
     type(context_handle_t), intent(inout) :: handle
     !> number of points
@@ -169,7 +169,7 @@ contains
   end subroutine ask_all
 
   !> Writes forces, resultants and displacements of the last answer to those arrays of the caller that are given, at point i.
-  !> Without an answer all of them are NaN.
+  !> Without an answer all of them are NaN, except the resultants of an entry without contacts, which are always 0.
   subroutine fill_targets(handle, i, targets)
     type(context_handle_t), intent(inout) :: handle
     !> number of the point, 1-based

@@ -75,7 +75,7 @@ contains
     text%characters(len(value) + 1) = c_null_char
   end subroutine keep
 
-  !> Returns a pointer to text i of a list, which ends with a null character; a null pointer if i is out of range.
+  !> Returns a pointer to text i of a list, or a null pointer if i is out of range. The text ends with a null character.
   function text_at(texts, i) result(text)
     type(c_text_t), target, intent(in) :: texts(:)
     !> counted from 0

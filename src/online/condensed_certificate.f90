@@ -27,7 +27,7 @@ module sig_condensed_certificate
     procedure :: certify
   end type condensed_certificate_t
 
-  !> [-] a relative bound up to this is called exact
+  !> [-] an answer whose relative bound is at most this counts as exact
   real(rk), parameter :: exact = 1.0e-12_rk
 
 contains

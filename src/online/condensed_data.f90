@@ -55,13 +55,13 @@ module sig_condensed_data
     procedure :: open_freely
   end type condensed_data_t
 
-  !> [-] loads whose work on a free motion is less than this share of its parts are in equilibrium
+  !> [-] loads are in equilibrium if their work on a free motion is at most this share of the sum of its parts' sizes
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
   !> Allocates each array of this type and of its base type that is not allocated: lists with size 0, matrices without columns or
-  !> without rows. `sizes` gives the other extent of a matrix.
+  !> without rows. `sizes` gives the other extent of a matrix, except for free_response, which gets the shape (0, 0).
   pure subroutine complete(self, sizes)
     class(condensed_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -160,20 +160,22 @@ contains
 
     call self%write_shared(file, group)
     call file%write(group // '/compliance', self%compliance, length // '/(' // force // ')', &
-      'closing of each pair under the contact force of each pair')
-    call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row')
+      'opening of each contact under a unit contact force of each contact; rows and columns of anchors: see scale')
+    call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row; ' // &
+      'of an anchor: see scale')
     call file%write(group // '/free_response', self%free_response, length, &
       'displacement without contact, a leading term per row; of the exact dofs, or of all where there is a basis')
     call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
-      'displacement of the exact dofs against the contact force of each pair, a pair per row')
+      'minus the displacement of the exact dofs under a unit contact force, a contact per row; of an anchor: see scale')
     call file%write(group // '/basis', self%basis, '1', &
-      'of the displacement of the other dofs against contact forces, a mode per row')
+      'modes of the displacement of the other dofs under contact forces, a mode per row')
     call file%write(group // '/contact_coordinates', self%contact_coordinates, length // '/(' // force // ')', &
-      'of each mode under the contact force of each pair, a pair per row')
-    call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
-    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
+      'coordinate of each mode in minus the displacement under a unit contact force, a contact per row; of an anchor: see scale')
+    call file%write(group // '/anchors', self%anchors, description='contacts that hold bodies which nothing else holds, 1-based')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', &
+      'the unknown of an anchor is its opening over this scale, not its force; its row gives force times scale, not its opening')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
-      'of the contact forces in training, in the norm of the compliance')
+      'largest size of the contact forces in training, in the norm of the compliance')
     call file%write(group // '/reference_points', self%reference_points, description= &
       'training points whose active sets have a pivot transform, 1-based')
     call file%write(group // '/reference_of_point', self%reference_of_point, description= &

@@ -19,14 +19,14 @@ module sig_field_map
     type(mechanical_model_t) :: mechanics
     character(:), allocatable :: stress_unit
     character(:), allocatable :: area_unit
-    !> strains of the cells, whose rows have the cells' nodes in the elements' order, and smoothed strains at the nodes
+    !> mean strains of the cells, with a row per cell whose entries are the nodes of the cell in the element's order; and smoothed
+    !> strains at the nodes, with a row per node
     type(strain_map_t) :: of_cells
     type(strain_map_t) :: of_nodes
     type(string_t), allocatable :: region_names(:)
     !> region of each cell, 1-based; 0 = none
     integer, allocatable :: regions(:)
-    !> facets of the surfaces that carry the forces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) +
-    !> 1:facet_starts(i + 1))
+    !> facets of the first surfaces of all contacts: the nodes of facet i are facet_nodes(facet_starts(i) + 1:facet_starts(i + 1))
     integer, allocatable :: facet_starts(:)
     integer, allocatable :: facet_nodes(:)
     !> entry of the deck's contact section for each facet, 1-based
@@ -47,16 +47,16 @@ module sig_field_map
   type :: field_values_t
     !> [length] shape (n_dim, n_nodes)
     real(rk), allocatable :: displacement(:, :)
-    !> [force/length**2] means over the cells, shape (n_stresses, n_cells)
+    !> [force/length**2] stresses as means over the cells, shape (n_stresses, n_cells)
     real(rk), allocatable :: stress(:, :)
     !> [force/length**2] von Mises stress of these means, shape (n_cells)
     real(rk), allocatable :: von_mises(:)
     !> [-] imposed strains as means over the cells, shape (n_stresses, n_cells); the shears are components of the tensor
     real(rk), allocatable :: imposed_strain(:, :)
-    !> [force/length**2] at the nodes, shapes (n_stresses, n_nodes) and (n_nodes)
+    !> [force/length**2] smoothed stresses at the nodes, shape (n_stresses, n_nodes), and their von Mises stress, shape (n_nodes)
     real(rk), allocatable :: stress_smoothed(:, :)
     real(rk), allocatable :: von_mises_smoothed(:)
-    !> [force] force of the other body on each node, shape (n_dim, n_nodes)
+    !> [force] force of the other body or of the obstacle on each node, 0 off the contacts, shape (n_dim, n_nodes)
     real(rk), allocatable :: contact_force(:, :)
     !> [force/length**2] contact pressure, 0 off the contacts, shape (n_nodes)
     real(rk), allocatable :: contact_pressure(:)
@@ -122,9 +122,9 @@ contains
     self%displacement = reshape(displacement, [map%mechanics%n_dim, size(displacement) / map%mechanics%n_dim])
   end subroutine take_displacement
 
-  !> Computes the contact fields from self%displacement and the multipliers: the opening of each row; the force of the other body on
-  !> each node, its contact pressure, gap and status (nodal_contact); and the status of each cell (cell_contact). It also copies
-  !> the multipliers. Requires: take_displacement.
+  !> Computes the contact fields from self%displacement and the multipliers: the opening of each row; the contact force, contact
+  !> pressure, gap and status (nodal_contact) of each node; and the status of each cell (cell_contact). It also copies the
+  !> multipliers. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -137,7 +137,7 @@ contains
     n_nodes = size(self%displacement, 2)
     self%multipliers = multipliers
     self%opening = matmul(map%rows%gap, theta) - map%rows%apply([self%displacement])
-    ! The force of the other body on each node is the opposite of B' lambda, which the stiffness balances.
+    ! The contact force on each node is the opposite of B' lambda: K u + B' lambda = F.
     self%contact_force = -reshape(map%rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
     self%contact_pressure = nodal_pressures(map%rows, multipliers, n_nodes)
     self%gap = nodal_gaps(map%rows, self%opening, n_nodes)

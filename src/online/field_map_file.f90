@@ -37,10 +37,12 @@ contains
     call file%write('/fields/surface/starts', map%facet_starts, description= &
       'facets of the first surfaces of all contacts: facet i, from 0, has the entries starts(i) ... starts(i + 1) - 1 of nodes')
     call file%write('/fields/surface/nodes', map%facet_nodes, description='nodes (1-based) of the contact facets')
-    call file%write('/fields/surface/entries', map%facet_entries, description='entry (1-based) of the deck''s contact section')
-    call file%write('/fields/rows/offsets', map%rows%offsets, description='entries of contact row i (from 0) are those from ' // &
-      'offsets(i) up to offsets(i + 1)')
-    call file%write('/fields/rows/splits', map%rows%splits, description='entries up to splits(i) belong to the first side')
+    call file%write('/fields/surface/entries', map%facet_entries, description='entry (1-based) of the deck''s contact ' // &
+      'section for each facet')
+    call file%write('/fields/rows/offsets', map%rows%offsets, description='contact row i (from 0) has the entries offsets(i) ' // &
+      '... offsets(i + 1) - 1 of dofs and coefficients')
+    call file%write('/fields/rows/splits', map%rows%splits, description='entries of contact row i below splits(i) belong to ' // &
+      'its first side')
     call file%write('/fields/rows/dofs', map%rows%dofs, description='dofs (1-based) of the contact rows')
     call file%write('/fields/rows/coefficients', map%rows%coefficients, '1')
     call write_strain_map(file, '/fields/cells', map%of_cells, length)
@@ -57,8 +59,8 @@ contains
     character(*), intent(in) :: length
 
     call file%write(group // '/starts', map%starts, description= &
-      'entries of row i (from 0) are those from starts(i) up to starts(i + 1)')
-    call file%write(group // '/nodes', map%nodes, description='1-based; the nodes of a cell in gmsh''s order')
+      'row i (from 0) has the entries starts(i) ... starts(i + 1) - 1 of nodes and gradients')
+    call file%write(group // '/nodes', map%nodes, description='node (1-based) of each entry; nodes of a cell in gmsh''s order')
     call file%write(group // '/gradients', map%gradients, '1/' // length, &
       'the displacement gradient of a row is the sum of u g'' over its entries, a g per row; in axisymmetry the last is N / r')
     call file%write(group // '/materials', map%materials, description='material (1-based) of each row, in the order of the deck')
@@ -181,7 +183,8 @@ contains
   end function are_elements
 
   !> Whether the contact rows fit the model: there are n_multipliers of them, each consists of whole nodes of the model (all dofs of
-  !> a node in order), at least one of them on the first side, and its coefficients are finite and not all zero.
+  !> a node in order), and at least one of these nodes is on the first side. The coefficients are finite, and those of the first
+  !> node are not all zero.
   pure logical function rows_fit(rows, n_dofs, n_multipliers)
     type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: n_dofs

@@ -10,8 +10,8 @@ module sig_gradient
 
   !> Derivatives: arrays have one column per parameter, per unit of the parameter.
   type :: gradient_t
-    !> the answer whose derivatives these are: that of the model, or the answer of its fallback at the same point where the part
-    !> that answered has no derivatives
+    !> the answer whose derivatives these are: that of the model or, if the part that answered is not exact, perhaps the answer of
+    !> the fallback at the same point (differentiate of sig_query)
     type(answer_t) :: answer
     !> +1: derivatives towards larger values of each parameter; -1: towards smaller values. Both differ where is_one_sided is true.
     integer :: direction = 1
@@ -23,8 +23,8 @@ module sig_gradient
     integer :: n_grazing = 0
     !> derivatives of the terms, shape (n_terms, n_parameters)
     real(rk), allocatable :: theta(:, :)
-    !> [force] derivatives of the unknowns of answer_t, shape (n_multipliers, n_parameters); in a tied part those of the forces of
-    !> the changing rows, shape (n_changing, n_parameters)
+    !> [force] derivatives of the unknowns of answer_t, shape (n_multipliers, n_parameters); in a tied part they are the derivatives
+    !> of the forces of the changing rows, shape (n_changing, n_parameters)
     real(rk), allocatable :: unknowns(:, :)
     !> [force] derivatives of the multipliers, shape (n_multipliers, n_parameters)
     real(rk), allocatable :: multipliers(:, :)
@@ -41,8 +41,8 @@ module sig_gradient
 
 contains
 
-  !> Returns the sizes of q for differentiate_lcp: `terms`, and what each change makes over the whole range of its parameter. So a
-  !> load that is zero up to rounding, such as P - 0.3 at P = 0.3, closes no contact.
+  !> Returns the sizes of q for differentiate_lcp: `terms` plus, for each parameter, the absolute value of its change times the
+  !> length of its range. So a load that is zero up to rounding, such as P - 0.3 at P = 0.3, closes no contact.
   pure function sizes(self, terms, changes)
     class(gradient_t), intent(in) :: self
     !> sum of the absolute values of the terms of q, shape (n_rows)
@@ -58,8 +58,8 @@ contains
   !> one-sided, and stays as it is for the others. Requires: direction and is_one_sided are set.
   pure subroutine take(self, derivative)
     class(gradient_t), intent(inout) :: self
-    !> result of differentiate_lcp, a column per parameter, for changes that were multiplied by self%direction; take multiplies its
-    !> result by self%direction again
+    !> result of differentiate_lcp, a column per parameter, for changes that were multiplied by self%direction; self%unknowns are
+    !> these derivatives times self%direction
     type(lcp_derivative_t), intent(in) :: derivative
 
     self%n_grazing = derivative%n_grazing

@@ -6,7 +6,7 @@ module sig_grid_cells
   private
   public :: grid_cells_t
 
-  !> [-] share of a cell's width: a point this close to a border lies on it
+  !> [-] share of a cell's width: a point that is above a border by at most this counts as on the border
   real(rk), parameter :: border_tolerance = 1.0e-8_rk
 
   !> A grid of n_values points per parameter, ends included, the first parameter slowest. A parameter of one value has one
@@ -60,8 +60,8 @@ contains
     end do
   end function corners
 
-  !> Returns the number of the cell that a point lies in, 1-based. On a border between cells (up to 1e-8 of a cell's width above it)
-  !> it is the lower number; for a point outside of the box it is the cell that is nearest to the point.
+  !> Returns the number of the cell that a point lies in, 1-based. On a border between cells, or above it by up to 1e-8 of a cell's
+  !> width, it is the cell with the lower number; for a point outside of the box it is the cell that is nearest to the point.
   pure integer function find(self, point) result(i_cell)
     class(grid_cells_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)

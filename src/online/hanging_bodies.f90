@@ -32,7 +32,7 @@ module sig_hanging_bodies
 
 contains
 
-  !> Takes the data of the anchors from a condensed problem, and the diagonal of C, the compliance of the other rows with closed
+  !> Copies from a condensed problem the data of the anchors, and the diagonal of C, the compliance of the other rows with closed
   !> anchors.
   subroutine create(self, data, others)
     class(hanging_bodies_t), intent(out) :: self
@@ -84,7 +84,7 @@ contains
     associate (at_anchors => forces(self%anchors))
       s = self%place(forces, opening)
       is_held = at_anchors > s / self%scale
-      ! rho_T is s for held anchors, else their penetration
+      ! rho_T is s for held anchors, else 0, as s is not negative there
       opening = opening + matmul(self%reach, merge(0.0_rk, max(s, 0.0_rk), is_held))
       surplus = sum(at_anchors * max(s, 0.0_rk), mask=.not. is_held)
     end associate

@@ -14,7 +14,7 @@ module sig_hhr_blindness
 contains
 
   !> Whether some contact must carry a force although no contact of the domain does: the loads do work on a rigid motion that only
-  !> contact holds; or, by the reduced displacement, some pair penetrates by more than 1 % of largest_value. The second check is
+  !> contact holds; or, by the reduced displacement, some contact penetrates by more than 1 % of largest_value. The second check is
   !> left out if the model lacks the data for openings. Requires: an answer without contact forces in the domain.
   logical function is_blind(data, largest_value, theta, coordinates, opening)
     type(hhr_data_t), intent(in) :: data

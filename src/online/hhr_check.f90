@@ -12,8 +12,8 @@ module sig_hhr_check
 contains
 
   !> Returns the name of an array of `cluster` whose shape does not fit the model, or whose values a query cannot use: numbers that
-  !> are not finite, or indices that do not exist. The name is `enrichment` for the history; it is empty when all fit. Requires:
-  !> complete_cluster or read_cluster.
+  !> are not finite, indices that do not exist, anchors or contact rows that are not in ascending order. The name is `enrichment`
+  !> for the history; it is empty when all fit. Requires: complete_cluster or read_cluster.
   pure function find_hhr_mismatch(cluster, sizes) result(name)
     type(hhr_data_t), intent(in) :: cluster
     type(model_sizes_t), intent(in) :: sizes

@@ -13,9 +13,9 @@ module sig_hhr_data
   public :: hhr_data_t, enrichment_history_t, add_lifted, complete_cluster, fill_openings, stiffness_at
 
   !> Steps of Algorithm 1: the first entry has the modes without hat functions; one more entry follows per hat, in the order in
-  !> which they joined. The leading n_columns columns of the basis make the reduced model of an entry.
+  !> which they joined. The reduced model of an entry has the modes and the hats up to this one.
   type :: enrichment_history_t
-    !> multiplier whose pair carries the hat, 1-based among all multipliers; 0 for the first entry
+    !> multiplier whose contact carries the hat, 1-based among all multipliers; 0 for the first entry
     integer, allocatable :: rows(:)
     !> node of the hat, natural, 1-based; 0 for the first entry
     integer, allocatable :: nodes(:)
@@ -23,9 +23,9 @@ module sig_hhr_data
     integer, allocatable :: n_columns(:)
     !> rank of (11)
     integer, allocatable :: ranks(:)
-    !> [-] kappa of (11), infinite below full rank
+    !> [-] kappa of (11), infinite if the rank is below the number of rows
     real(rk), allocatable :: condition_numbers(:)
-    !> [-] largest over smallest of the min(rows, columns) singular values of the contact rows, which the algorithm reduces
+    !> [-] largest over smallest of the min(rows, columns) singular values of the contact rows; Algorithm 1 reduces this ratio
     real(rk), allocatable :: singular_ratios(:)
     !> [-] condition number of K_r
     real(rk), allocatable :: stiffness_conditions(:)
@@ -62,7 +62,7 @@ module sig_hhr_data
     real(rk), allocatable :: load(:, :)
     !> [length per unit of theta] shape (n_rows, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> rows that stop rigid motions which only contact holds and K_r does not (sig_hhr_system), 1-based among the n_rows
+    !> rows that hold the rigid motions for which K_r has no stiffness (sig_hhr_system), 1-based among the n_rows
     integer, allocatable :: anchors(:)
     !> A_lambda: index of each row among all multipliers, ascending, shape (n_rows)
     integer, allocatable :: contact_rows(:)
@@ -82,12 +82,13 @@ module sig_hhr_data
     real(rk), allocatable :: contact_displacement_snapshots(:, :)
     !> whether the reconstruction fits these displacements, too
     logical :: fits_displacements = .true.
-    !> [-] the normal displacements of basis and lifting, shape (n_contact_values, n_modes or n_lifted_terms)
+    !> normal displacements of the basis [-], shape (n_contact_values, n_modes), and of the lifting [length per unit of theta],
+    !> shape (n_contact_values, n_lifted_terms)
     real(rk), allocatable :: contact_value_basis(:, :)
     real(rk), allocatable :: contact_value_lifting(:, :)
     !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms), or no columns
     real(rk), allocatable :: contact_gap(:, :)
-    !> [-] work of each contact force on each rigid motion that only contact holds, shape (n_multipliers, n_motions)
+    !> [-] closing of each contact by each rigid motion that only contact holds, shape (n_multipliers, n_motions)
     real(rk), allocatable :: motion_closing(:, :)
     !> [force per unit of theta] work of the loads on these motions, shape (n_terms, n_motions)
     real(rk), allocatable :: motion_load(:, :)
@@ -96,19 +97,19 @@ module sig_hhr_data
     !> active sets of the reduced answers at the training points, as bits; a query starts from them. Shape (n_words(n_rows),
     !> n_points); without columns a query starts with the rows that penetrate
     integer, allocatable :: start_sets(:, :)
-    !> [length] singular values of the snapshots, descending
+    !> [length] singular values of the snapshots, descending; [-] if the deck normalizes the snapshots
     real(rk), allocatable :: singular_values(:)
     !> [-] kappa of M, (11); infinite when rank < n_rows
     real(rk) :: condition_number = 1
     integer :: rank = 0
-    !> [-] condition number of K_r
+    !> [-] condition number of K_r, with springs on the anchors; in the middle of the parameter box if K_r depends on the parameters
     real(rk) :: stiffness_condition = 1
-    !> rank of K_r: number of modes that the equations determine
+    !> rank of K_r, with springs on the anchors: number of modes that the equations determine
     integer :: stiffness_rank = 0
     !> rank of the basis on the domain: n_modes, unless columns depend on each other there
     integer :: basis_rank = 0
-    !> number of loaded, prescribed and contact dofs in the domain, plus number of hats: the equations can determine at most as many
-    !> modes
+    !> the equations can determine at most as many modes: number of loaded, prescribed and contact dofs in the domain, plus number
+    !> of hats; if the stiffness depends on the parameters, number of dofs with an equation, but at most n_modes
     integer :: primal_rank_expected = 0
     type(enrichment_history_t) :: history
     !> warnings of the training, one sentence each

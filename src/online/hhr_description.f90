@@ -17,7 +17,7 @@ contains
     integer :: i
 
     text = line('  modes', to_text(cluster%n_modes)) // &
-      line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // counted(cluster%n_rows, 'contact pair')) // &
+      line('  integration domain', counted(size(cluster%cells), 'cell') // ', ' // counted(cluster%n_rows, 'contact row')) // &
       line('  hat functions', hats_text(cluster)) // &
       line('  kappa', condition_text(cluster)) // &
       line('  cond(K_r)', short_number(cluster%stiffness_condition)) // &

@@ -57,7 +57,7 @@ contains
     call file%write(group // '/lifting', cluster%lifting, length, 'displacement of the lifted terms, a term per row')
     call file%write(group // '/lifted_terms', cluster%lifted_terms, description='terms (1-based) that have a lifting')
     call file%write(group // '/reduced_stiffness', cluster%reduced_stiffness, force // '/' // length, &
-      'transposed; without what moduli that depend on the parameters add')
+      'reduced stiffness, transposed; without the parts of moduli that depend on the parameters')
     call file%write(group // '/contact_matrix', cluster%contact_matrix, '1', 'closing of each contact row by the modes, a ' // &
       'mode per row')
     call file%write(group // '/load', cluster%load, force, 'work of the loads on the modes, a term per row')
@@ -65,10 +65,12 @@ contains
     call file%write(group // '/anchors', cluster%anchors, description= &
       'contact rows that hold bodies which nothing else holds, 1-based among those of the part')
     call file%write(group // '/contact_rows', cluster%contact_rows, description='contact rows of the domain: their numbers ' // &
-      '(1-based) among the pairs of /contact')
+      '(1-based) among the contacts of /contact')
     call file%write(group // '/seed_nodes', cluster%seed_nodes, description='nodes (1-based) that the domain was built around')
-    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='nodes (1-based) that face these across contacts')
-    call file%write(group // '/training_points', cluster%training_points, description='snapshots of the cluster, 1-based')
+    call file%write(group // '/facing_nodes', cluster%facing_nodes, description='nodes (1-based) that face the seed ' // &
+      'nodes across contacts')
+    call file%write(group // '/training_points', cluster%training_points, description='training points (1-based) of the ' // &
+      'snapshots of the cluster')
     call file%write(group // '/cells', cluster%cells, description='cells (1-based) of the reduced integration domain')
     call file%write(group // '/interior_dofs', cluster%interior_dofs, description='dofs (1-based) with an equation')
     call file%write(group // '/interface_dofs', cluster%interface_dofs, description='dofs (1-based) on the border of the ' // &
@@ -95,7 +97,7 @@ contains
     character(*), intent(in) :: group
     type(enrichment_history_t), intent(in) :: history
 
-    call file%write(group // '/rows', history%rows, description='contact pair (1-based) of each hat function; the ' // &
+    call file%write(group // '/rows', history%rows, description='contact row (1-based) of each hat function; the ' // &
       'first entry, 0, stands for the state without hat functions')
     call file%write(group // '/nodes', history%nodes, description='node (1-based) of each hat function')
     call file%write(group // '/n_columns', history%n_columns, description='number of POD modes and hat functions')
@@ -117,18 +119,20 @@ contains
     call file%write(group // '/dual_snapshots', cluster%dual_snapshots, force, 'contact forces of the snapshots, a snapshot ' // &
       'per row')
     call file%write(group // '/contact_displacement_snapshots', cluster%contact_displacement_snapshots, length, &
-      'normal displacements, first sides and then second sides, a snapshot per row')
-    call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements, a mode per row')
+      'normal displacements at the contacts, first sides and then second sides, a snapshot per row')
+    call file%write(group // '/contact_value_basis', cluster%contact_value_basis, '1', 'normal displacements at the ' // &
+      'contacts, a mode per row')
     call file%write(group // '/contact_value_lifting', cluster%contact_value_lifting, length, &
-      'normal displacements, a term per row')
-    call file%write(group // '/contact_gap', cluster%contact_gap, length, 'initial gaps of all pairs, a term per row')
+      'normal displacements of the lifting at the contacts, a term per row')
+    call file%write(group // '/contact_gap', cluster%contact_gap, length, 'initial gaps of all contacts, a term per row')
     call file%write(group // '/motion_closing', cluster%motion_closing, '1', &
-      'closing of each pair by the rigid motions that only contact holds, a motion per row')
-    call file%write(group // '/motion_load', cluster%motion_load, force, 'work of the loads on these motions, a motion per row')
+      'closing of each contact by the rigid motions that only contact holds, a motion per row')
+    call file%write(group // '/motion_load', cluster%motion_load, force, 'work of the loads on the motions of ' // &
+      'motion_closing, a motion per row')
     call file%write(group // '/start_sets', cluster%start_sets, description= &
       'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
-    call file%write(group // '/singular_values', cluster%singular_values, length, 'of the snapshots; without unit where the ' // &
-      'deck normalizes')
+    call file%write(group // '/singular_values', cluster%singular_values, length, 'singular values of the snapshots; without ' // &
+      'unit if the deck normalizes the snapshots')
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 

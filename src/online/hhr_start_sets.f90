@@ -16,10 +16,10 @@ module sig_hhr_start_sets
 contains
 
   !> Sets start_sets of each hyper-reduced cluster: the active set of its answer at each training point. The reduced problem is
-  !> solved from two starts: first the contacts that are closed in the full-order solution, then none. Of two solutions the one of
-  !> smaller energy counts or, in a model without fallback, the first one. Queries nearby start from this set. At a point without a
-  !> reduced answer the set is empty. A model that cannot answer gets no sets, without a message here: opening the model for queries
-  !> gives the reason. The model is completed (complete_model).
+  !> solved from the contacts that are closed in the full-order solution and, if this gives an answer, from no closed contacts, too.
+  !> Of two solutions the one of smaller energy counts or, in a model without fallback, the first one. Queries nearby start from
+  !> this set. At a point without a reduced answer the set is empty. A model that cannot answer gets no sets, without a message
+  !> here: opening the model for queries gives the reason. The model is completed (complete_model).
   subroutine fill_start_sets(model)
     type(model_t), intent(inout) :: model
     type(online_model_t) :: online

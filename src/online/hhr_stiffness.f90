@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The data of a hyper-reduced model whose stiffness depends on the parameters.
 !>
-!> K is a sum of parts, K = K_0 + sum over q of m_q K_q, where m_q are the bulk and the shear modulus of each material. All parts of
-!> (10) that come from K are such sums, too. The lifting is one field for all parameters: the modes represent the rest of the
-!> displacement, and the forces K(mu) lifting are products of a modulus and a lifted term.
+!> K is a sum of parts, K = K_0 + sum over q of m_q K_q, where m_q are the bulk and the shear modulus of each material whose elastic
+!> constants depend on the parameters. All parts of (10) that come from K are such sums, too. The lifting is one field for all
+!> parameters: the modes represent the rest of the displacement, and the forces K(mu) lifting are sums of products of a modulus and
+!> a lifted term.
 module sig_hhr_stiffness
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -137,9 +138,9 @@ contains
     call file%write(group // '/poisson_terms', self%poisson_terms, description='number (1-based) of the term that is ' // &
       'Poisson''s ratio, for each modulus')
     call file%write(group // '/reference', self%reference, force // '/(' // length // ')^2', &
-      'moduli for which the condition of the reduced stiffness stands')
+      'moduli in the middle of the parameter box, for which the condition number of the reduced stiffness was computed')
     call file%write(group // '/parts', self%parts, length, &
-      'of the reduced stiffness per unit of each modulus, column by column, a modulus per row')
+      'parts of the reduced stiffness per unit of each modulus, column by column, a modulus per row')
     call file%write(group // '/lifting_parts', self%lifting_parts, '(' // length // ')^2', &
       'forces against the lifting per unit of each modulus, lifted term by lifted term, a modulus per row')
   end subroutine write

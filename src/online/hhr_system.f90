@@ -37,8 +37,8 @@ module sig_hhr_system
     !> gamma = K_r^-1 F - multiplier_response lambda, shape (n_modes, n_rows); with anchors gamma = K'^-1 F' - multiplier_response
     !> (lambda + s w on T)
     real(rk), allocatable :: multiplier_response(:, :)
-    !> work arrays of systems that are made at each point: factors of K_r, the forces against the lifting per lifted term, and
-    !> others
+    !> work arrays of systems that are made at each point: factors of K_r (with anchors, of K'), the varying part of the load per
+    !> lifted term, and others
     real(rk), allocatable, private :: factors(:, :)
     real(rk), allocatable, private :: lifting_load(:, :)
     real(rk), allocatable, private :: moduli(:)
@@ -157,8 +157,8 @@ contains
   end subroutine exchange
 
   !> Converts the unknowns of the complementarity problem to the forces of all rows, and to the forces that act in the equations of
-  !> K'. An anchor with an unknown above 0 is open and has the force 0. Another anchor has its complementary value over `scale`, at
-  !> least 0.
+  !> K'. An anchor with an unknown above 0 is open and has the force 0. The force of any other anchor is its complementary value
+  !> over `scale`, at least 0.
   subroutine forces_of(self, unknowns, response, forces, held_forces)
     class(hhr_system_t), intent(in) :: self
     !> [force] unknowns of the complementarity problem, shape (n_rows)
@@ -188,7 +188,7 @@ contains
     end do
   end subroutine forces_of
 
-  !> Allocates the work arrays for assemble, and takes the anchors.
+  !> Allocates the work arrays for assemble, and copies the list of the anchors. Requires: a new system.
   pure subroutine reserve(self, cluster)
     class(hhr_system_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster

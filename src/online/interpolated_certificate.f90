@@ -39,7 +39,7 @@ contains
   !> Whether forces balance the loads on bodies that only contact holds, except for rounding.
   logical function are_balanced(data, free_opening, forces)
     class(interpolated_data_t), intent(in) :: data
-    !> q; its rows of the anchors hold the work of the loads times `scale`
+    !> [length] q; its rows of the anchors are the work of the loads times `scale`
     real(rk), intent(in) :: free_opening(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
@@ -73,7 +73,7 @@ contains
     bound = huge(bound)
     call norm%create(compliance)
     if (.not. norm%is_valid) return
-    ! the norms of W and of its interpolation differ by no more than the error that training measured
+    ! it is assumed that the norms of W and of its interpolation differ by no more than the relative error that training measured
     bound = (1 + data%measured_error) * norm%evaluate(multipliers, opening, enough) + data%bound(theta, multipliers)
   end function bound_foreign_forces
 end module sig_interpolated_certificate

@@ -2,10 +2,10 @@
 !> Elastic constants as interpolation variables: Poisson's ratios and ratios of moduli.
 !>
 !> A variable is the constant itself or a logarithm: that of a ratio of moduli, or -log(1 - 2 nu) of a Poisson's ratio, as bulk over
-!> shear modulus grows as 1/(1 - 2 nu). A stiffness becomes singular only for constants below zero. So the responses are analytic
-!> functions of the logarithms where the imaginary part is below pi, and polynomials in the logarithms converge far faster than
-!> polynomials in the constants. But interpolation over one constant itself has an error bound (README), which is used if it varies
-!> little.
+!> shear modulus grows as 1/(1 - 2 nu). If the constants vary widely, polynomials in the logarithms converge far faster than
+!> polynomials in the constants, because the logarithms move the values for which the stiffness is singular far away. But
+!> interpolation over one constant itself has an error bound (README). So a single constant that varies little is the variable
+!> itself.
 module sig_interpolated_constants
   use sig_kinds, only: rk
   implicit none(type, external)

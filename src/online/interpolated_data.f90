@@ -2,9 +2,10 @@
 !> The data of an interpolated model: the condensed problem of bodies whose elastic constants depend on the parameters. Training
 !> makes them and a file keeps them.
 !>
-!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). Anchors T hold bodies that only
-!> contact holds, as in sig_condensed_data. In the responses of the bodies, the rows of W z + q for the anchors are those of open
-!> anchors: they give the distance by which the bodies move.
+!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). The unknowns z are the contact
+!> forces. Anchors hold bodies that only contact holds, as in sig_condensed_data: the unknown of an anchor is its opening over
+!> `scale`. The responses of the bodies have closed anchors, except in the rows of the anchors themselves: these have open anchors,
+!> and give the distance by which the bodies move.
 module sig_interpolated_data
   use sig_body_modes, only: body_modes_t
   use sig_body_response, only: body_response_t
@@ -24,11 +25,11 @@ module sig_interpolated_data
 
   type, abstract, extends(reduced_exact_t) :: interpolated_data_t
     type(body_response_t), allocatable :: bodies(:)
-    !> [length per unit of theta] D; for anchors the openings of the bodies; shape (n_multipliers, n_terms)
+    !> [length per unit of theta] gaps D after motions that close the anchors; of anchors D itself; shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
     !> rows that are anchors, 1-based among the multipliers
     integer, allocatable :: anchors(:)
-    !> [-] length by which all pairs close as each anchor closes by 1, shape (n_multipliers, n_anchors)
+    !> [-] length by which all contacts close as each anchor closes by 1, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: anchor_closing(:, :)
     !> [force per unit of theta] forces of the anchors, all closed, if no other contact has a force; shape (n_anchors, n_terms)
     real(rk), allocatable :: anchor_forces(:, :)
@@ -69,12 +70,13 @@ module sig_interpolated_data
     procedure :: read
   end type interpolated_data_t
 
-  !> [-] loads whose work on a free motion is less than this share of its parts are in equilibrium
+  !> [-] loads are in equilibrium if their work on a free motion is at most this share of the sum of its parts' sizes
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
-  !> Allocates with size 0 each array of this type that is not allocated. Arrays inside of its bodies and modes stay as they are.
+  !> Allocates with size 0 each array of this type and of its base type that is not allocated. Arrays inside of its bodies and modes
+  !> stay as they are.
   pure subroutine complete(self, sizes)
     class(interpolated_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
@@ -195,7 +197,7 @@ contains
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers); values on anchors do not count
+    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk) :: bounds(size(self%bodies)), forces(size(unknowns)), largest, limits(2, size(self%bodies)), total
     integer :: i
@@ -246,7 +248,7 @@ contains
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] shape (n_exact)
     real(rk), contiguous, intent(inout) :: displacement(:)
@@ -272,7 +274,7 @@ contains
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> place among the exact dofs, 1-based
     integer, intent(in) :: i
@@ -293,7 +295,7 @@ contains
     class(interpolated_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     real(rk) :: moves(size(self%anchors))
     real(rk) :: forces(size(unknowns))
@@ -331,22 +333,24 @@ contains
       call self%modes(i)%write(file, group // '/modes/' // to_text(i), length, force)
     end do
     call file%write(group // '/mode_motions', self%mode_motions, '1', &
-      'displacement of all dofs as an anchor closes, an anchor per row; of a model with modes')
+      'displacement of all dofs as an anchor closes by 1, an anchor per row; of a model with modes')
     call file%write(group // '/middle_compliance', self%middle_compliance, length // '/(' // force // ')', &
-      'of all pairs at the moduli of the modes; empty where bounds do not need it')
+      'opening of each contact under a unit contact force of each contact at the moduli of the modes; empty: bounds do not need it')
     call file%write(group // '/largest_field', self%largest_field, 'sqrt(' // force // '*' // length // ')', &
-      'of the displacement in training, in the norm of the stiffness')
-    call file%write(group // '/gap', self%gap, length, 'initial gap of each pair with closed anchors, a term per row')
-    call file%write(group // '/anchors', self%anchors, description='pairs that hold bodies which only contact holds, 1-based')
-    call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'how far each pair closes as an anchor closes by ' // &
+      'largest size of the displacement in training, in the norm of the stiffness')
+    call file%write(group // '/gap', self%gap, length, 'initial gap of each contact with closed anchors, of an anchor ' // &
+      'with open ones; a term per row')
+    call file%write(group // '/anchors', self%anchors, description='contacts that hold bodies which nothing else holds, 1-based')
+    call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'how far each contact closes as an anchor closes by ' // &
       '1, an anchor per row')
     call file%write(group // '/anchor_forces', self%anchor_forces, force, 'forces of the anchors where no other contact has ' // &
       'a force, a term per row')
     call file%write(group // '/anchor_motions', self%anchor_motions, '1', &
-      'displacement of the exact dofs as an anchor closes, an anchor per row')
-    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'scale of the unknowns of anchors')
+      'displacement of the exact dofs as an anchor closes by 1, an anchor per row')
+    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'the unknown of an anchor is its opening ' // &
+      'over this scale, not its force')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
-      'of the contact forces in training, in the norm of the compliance')
+      'largest size of the contact forces in training, in the norm of the compliance')
     call file%write(group // '/measured_error', self%measured_error, '1', &
       'largest error of the contact forces at the training points, relative')
     call file%write(group // '/worst_point', self%worst_point, description='training point (1-based) with this largest error')

@@ -22,7 +22,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z of sig_interpolated_data, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
@@ -121,13 +121,14 @@ contains
     terms(data%anchors) = data%scale * matmul(abs(data%anchor_forces), abs(theta))
   end function opening_terms
 
-  !> Computes the change, to first order, of W z + q for constant z and a given change of the terms.
+  !> Computes the change, to first order, of W z + q (evaluate of sig_interpolated_data) for constant z and a given change of the
+  !> terms.
   subroutine change_opening(data, theta, theta_change, unknowns, opening)
     class(interpolated_data_t), intent(in) :: data
     !> values of the terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z, shape (n_multipliers); values on anchors do not count, because their columns of W do not change
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] the change, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
@@ -151,7 +152,7 @@ contains
     !> values of the terms and their changes, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
-    !> [force] z and its change, shape (n_multipliers)
+    !> [force] z of sig_interpolated_data, with the openings of anchors, and its change; shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: unknown_change(:)
     real(rk) :: changes(size(data%anchors))
@@ -179,7 +180,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z, shape (n_multipliers); values on anchors do not count
     real(rk), intent(in) :: unknowns(:)
     !> result of differentiate_interpolated
     type(gradient_t), intent(in) :: gradient

@@ -29,7 +29,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates, one body after the other, shape (n_modes_of)
     real(rk), contiguous, intent(inout) :: coordinates(:)
@@ -87,7 +87,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z (unknowns of answer_t), shape (n_multipliers)
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates from solve_modes
     real(rk), contiguous, intent(in) :: coordinates(:)
@@ -114,7 +114,7 @@ contains
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> [force] z, shape (n_multipliers)
+    !> [force] z (unknowns of answer_t), shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> [length] coordinates from solve_modes
     real(rk), intent(in) :: coordinates(:)

@@ -26,11 +26,12 @@ module sig_interpolation_bound
     !> [force*length per square of a coefficient] Z'K_0^-1 Z, for the coefficients of loads, of prescribed displacements, of contact
     !> forces; empty: there is no bound
     real(rk), allocatable :: residuals(:, :)
-    !> the same quantity for the rest r'
+    !> [force*length per square of a coefficient] the same as `residuals` for the part r' of the residual
     real(rk), allocatable :: rest(:, :)
     !> [force per unit of a coefficient] y, shape (n_multipliers, n_coefficients)
     real(rk), allocatable :: forces(:, :)
-    !> [-] a factor: the W of all other bodies together is at least this times the W of the body, for all values of the constants
+    !> [-] a factor: the W of all other bodies together is at least this times the W of the body, if all bodies have s = 1 and the
+    !> constant `place` of their own bounds; 0: no such factor is known
     real(rk) :: share = 0
   contains
     procedure :: is_there
@@ -146,11 +147,12 @@ contains
     call file%write(group // '/residual_place', self%place, description='constant at which the residuals were measured')
     call file%write(group // '/residuals', self%residuals, force // '*' // length, &
       'products of the residuals of interpolation over the constant: of loads, of prescribed displacements, of contact forces')
-    call file%write(group // '/residual_rest', self%rest, force // '*' // length, 'of their parts that open no contact')
+    call file%write(group // '/residual_rest', self%rest, force // '*' // length, 'products of ' // &
+      'the parts of these residuals that open no contact at residual_place')
     call file%write(group // '/residual_forces', self%forces, force, &
-      'contact forces that stand for their other parts, a residual per row')
+      'contact forces that are the other parts of these residuals, a residual per row')
     call file%write(group // '/residual_share', self%share, '1', &
-      'compliance of all other bodies together, at least, over that of the body')
+      'lower bound of the compliance of all other bodies together, over that of the body; at residual_place')
   end subroutine write
 
   !> Reads the data from the group of a body of a model file. Errors: a dataset is missing, or has another type or rank.

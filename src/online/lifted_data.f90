@@ -106,7 +106,7 @@ contains
     character(*), intent(in) :: force
 
     call file%write(group // '/free_opening', self%free_opening, length, &
-      'openings of all pairs without contact forces, a term per row')
+      'openings of all contacts without contact forces, a term per row')
     call file%write(group // '/snapshot_opening', self%snapshot_opening, length, &
       'what the forces of the snapshots open, a snapshot per row')
     call file%write(group // '/row_opening', self%row_opening, length // '/(' // force // ')', &
@@ -115,11 +115,11 @@ contains
     call file%write(group // '/pattern_opening', self%pattern_opening, length, 'openings that these patterns cause, a ' // &
       'pattern per row')
     call file%write(group // '/anchors', self%anchors, description= &
-      'contact pairs (1-based) whose forces balance the force patterns on bodies that only contact holds')
-    call file%write(group // '/lift_starts', self%lift%starts, description='entries of pair i: starts(i) + 1 ... starts(i + 1)')
-    call file%write(group // '/lift_columns', self%lift%columns, description='contact pairs (1-based) of the entries')
+      'contact rows (1-based) whose forces balance the force patterns on bodies that only contact holds')
+    call file%write(group // '/lift_starts', self%lift%starts, description='entries of contact i: starts(i) + 1 ... starts(i + 1)')
+    call file%write(group // '/lift_columns', self%lift%columns, description='contact rows (1-based) of the entries')
     call file%write(group // '/lift_values', self%lift%values, force // '/' // length, &
-      'stiffness against an opening of each pair by its own nodes alone')
+      'stiffness against an opening of each contact by its own nodes alone')
     call file%write_attribute(group, 'largest_size', self%largest_size)
   end subroutine write
 

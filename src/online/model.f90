@@ -36,7 +36,7 @@ module sig_model
   type :: validation_statistics_t
     !> sentence that says whether the errors are small enough; empty until validated
     character(:), allocatable :: verdict
-    !> names of the errors: e_u, e_lambda_rid, ...; all arrays have their length
+    !> names of the errors: e_u, e_lambda_rid, ...; minimum, median, p95 and maximum have a value for each name
     type(string_t), allocatable :: names(:)
     real(rk), allocatable :: minimum(:)
     real(rk), allocatable :: median(:)
@@ -80,7 +80,7 @@ module sig_model
     type(contact_side_t) :: first_side
     !> nodes of the other side; a contact with a rigid obstacle has none
     type(contact_side_t) :: second_side
-    !> [length**(n_dim - 1)] pressure = multiplier / area, shape (n_multipliers)
+    !> [length**2, length in the plane] pressure = multiplier / area, shape (n_multipliers)
     real(rk), allocatable :: areas(:)
     !> sums of the contact forces over each entry of the deck's contact section
     type(resultant_map_t) :: resultants
@@ -90,8 +90,8 @@ module sig_model
     real(rk) :: pod_tolerance = 0
     !> elastic_lifting or multiplier: how the reduced model takes prescribed displacements into account (key reduction.dirichlet)
     character(:), allocatable :: dirichlet
-    !> [-] largest allowed relative bound of an answer; an answer with a larger one goes to the fallback or is refused; 0 = no
-    !> limit, and the fallback gives no bounds for other parts
+    !> [-] largest allowed relative bound of a cluster's answer. If the bound is larger, the fallback answers; without a fallback
+    !> the point has no answer. 0 = no limit, and the fallback gives no bounds for other parts
     real(rk) :: max_error = 0
     !> one per cluster, then the fallback if there is one
     type(part_t), allocatable :: parts(:)

@@ -93,8 +93,8 @@ contains
     end if
   end function fits
 
-  !> Reads the choice from the group /choice; it stays empty if the file has no such group. Errors: a dataset is missing or has
-  !> another type or rank, or the arrays of a forest do not fit together.
+  !> Reads the choice from the group /choice; it stays empty if the file has no such group. Errors: a dataset or attribute is
+  !> missing, or has another type or rank; the arrays of a forest do not fit together.
   subroutine read_choice(self, file, path, box, error)
     class(model_choice_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

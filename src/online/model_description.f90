@@ -58,15 +58,15 @@ contains
     character(:), allocatable :: text
 
     text = line('full-order model', counted(model%n_nodes, 'node') // ', ' // counted(model%n_dofs, 'dof') // ', ' // &
-      counted(model%n_multipliers, 'contact pair')) // contact_lines(model) // &
+      counted(model%n_multipliers, 'contact row')) // contact_lines(model) // &
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
-      line('terms of the load', to_text(model%terms%n_terms())) // &
+      line('terms of the equations', to_text(model%terms%n_terms())) // &
       line('POD tolerance', short_number(model%pod_tolerance)) // &
       line('prescribed values', model%dirichlet)
   end function size_lines
 
-  !> Returns a line, with its end, for each entry of the deck's contact section: the number that `predict` gives it, its surfaces,
-  !> and its number of contact pairs; empty for a model from an older file.
+  !> Returns a line, with its end, for each entry of the deck's contact section: the number that `predict` gives it, its surfaces
+  !> or its surface and obstacle, and its number of contact rows; empty for a model from an older file.
   pure function contact_lines(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -75,7 +75,7 @@ contains
     text = ''
     do i = 1, model%resultants%n_entries()
       text = text // line('  contact ' // to_text(i), model%resultants%names(i)%text // ', ' // &
-        counted(count(model%resultants%entries == i), 'contact pair'))
+        counted(count(model%resultants%entries == i), 'contact row'))
     end do
   end function contact_lines
 

@@ -96,7 +96,8 @@ contains
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
     call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
     call file%write('/reduction/dirichlet', model%dirichlet)
-    call file%write('/certificate/max_error', model%max_error, '1', 'largest relative bound of an answer; 0: no limit')
+    call file%write('/certificate/max_error', model%max_error, '1', 'largest allowed relative bound of a cluster''s answer; ' // &
+      '0: no limit')
   end subroutine write_problem
 
   subroutine write_side(file, group, side, length)
@@ -106,9 +107,9 @@ contains
     character(*), intent(in) :: length
 
     call file%write(group // '/starts', side%starts, description= &
-      'nodes of contact i (from 0) are the entries from starts(i) up to, without, starts(i + 1); none: a rigid obstacle')
+      'contact i (from 0) has the nodes starts(i) ... starts(i + 1) - 1 of the arrays below; none: a rigid obstacle')
     call file%write(group // '/tags', side%tags, description= &
-      'of the mesh file; on the first side the owner of the force comes first')
+      'node tags of the mesh file; on the first side the node that carries the contact''s force comes first')
     call file%write(group // '/weights', side%weights, '1', 'share of the contact''s force on the node')
     call file%write(group // '/coordinates', side%coordinates, length, 'coordinates of the nodes, a node per row')
   end subroutine write_side

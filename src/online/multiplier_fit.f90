@@ -30,10 +30,10 @@ module sig_multiplier_fit
     real(rk) :: displacement_scale = 1
     !> whether the forces have to stay a combination of the snapshots
     logical :: is_bound_to_snapshots = .false.
-    !> whether contacts that are open by the displacement get no force
+    !> whether contacts outside of the domain that are open by the reduced displacement get no force
     logical :: releases_open_contacts = .false.
-    !> [force] size of the snapshots outside of the domain, and the work of a unit of this size on each motion, shapes (n_snapshots)
-    !> and (n_snapshots, n_motions)
+    !> [force] Euclidean norm of each snapshot's forces outside of the domain (1 if they are zero), shape (n_snapshots), and [-] the
+    !> work of these forces on each rigid motion over this norm, shape (n_snapshots, n_motions)
     real(rk), allocatable :: outside_size(:)
     real(rk), allocatable :: outside_work(:, :)
   contains
@@ -57,7 +57,7 @@ module sig_multiplier_fit
     real(rk), allocatable, private :: opening(:)
   end type multiplier_fit_workspace_t
 
-  !> [-] work of the loads below this share of its parts counts as zero
+  !> [-] work of the loads up to this share of the sum of its parts' sizes counts as zero
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -86,8 +86,7 @@ contains
     if (self%is_bound_to_snapshots) call measure_outside(self, cluster)
   end subroutine prepare
 
-  !> Computes outside_size and outside_work, which `balance` needs: the Euclidean norm of each snapshot's forces outside of the
-  !> domain (1 if they are zero), and the work of these forces on each rigid motion, divided by this norm.
+  !> Computes outside_size and outside_work, which `balance` needs.
   subroutine measure_outside(self, cluster)
     class(multiplier_fit_t), intent(inout) :: self
     type(hhr_data_t), intent(in) :: cluster

@@ -21,7 +21,7 @@ module sig_online_model
     procedure :: lengths_at
   end type online_model_t
 
-  !> a point counts as inside when it is outside by less than this share of the side's length (grid points are rounded)
+  !> [-] a point counts as inside if it is outside by at most this share of the side's length (grid points are rounded)
   real(rk), parameter :: box_tolerance = 1.0e-9_rk
 
 contains

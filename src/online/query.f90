@@ -138,10 +138,10 @@ contains
     message = message // '; the other direction may have a derivative'
   end subroutine explain
 
-  !> Chooses the answer to differentiate: `answer` if the part that answered is exact, if the model has no fallback, or if the
-  !> fallback has no answer at the point; otherwise the answer of the fallback, without bounds. A hyper-reduced answer has an error
-  !> of its own, and its reconstructed forces have kinks where snapshots enter or leave the combination. The fallback gives the
-  !> derivatives of the full-order problem.
+  !> Chooses the answer to differentiate: `answer` if the part that answered is exact (is_exact), if the model has no fallback, or
+  !> if the fallback has no answer at the point; otherwise the answer of the fallback, without a bound of its forces. A
+  !> hyper-reduced answer has an error of its own, and its reconstructed forces have kinks where snapshots enter or leave the
+  !> combination. The fallback gives the derivatives of the full-order problem.
   subroutine choose_answer(self, online, point, answer, chosen)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online
@@ -202,7 +202,8 @@ contains
 
   !> Bounds the answer's error by the part that answered or, if this part cannot (can_certify), by the fallback, if that can and the
   !> model has a limit (max_error > 0). If neither can, nothing changes. Otherwise the forces of all contacts are first
-  !> reconstructed in answer%multipliers, if they are not there yet, and the fallback also corrects them (correct_forces).
+  !> reconstructed in answer%multipliers, if they are not there yet. If the fallback gives the bound, it corrects them before
+  !> (correct_forces).
   subroutine certify(self, online, answer)
     class(query_t), intent(inout) :: self
     type(online_model_t), intent(in) :: online

@@ -14,7 +14,7 @@ module sig_reduced
   private
   public :: reduced_t, room_t, part_t, model_sizes_t, neighbors_t
 
-  !> source of the displacement of a dof
+  !> source of the displacement of a dof; displacement_exact: without modes, under the contact forces of the answer
   integer, parameter, public :: displacement_none = 0, displacement_by_modes = 1, displacement_exact = 2
 
   !> Sizes of the model that a part belongs to.
@@ -87,7 +87,7 @@ module sig_reduced
       character(:), allocatable :: name
     end function kind_name
 
-    !> Allocates with size 0 each array of this type that is not allocated.
+    !> Allocates the arrays of the part that are not allocated, with size 0 or without values.
     pure subroutine complete_part(self, sizes)
       import :: model_sizes_t, reduced_t
       implicit none(type, external)
@@ -172,7 +172,7 @@ module sig_reduced
       integer, intent(in) :: dof
     end function dof_value
 
-    !> Returns the contact rows that the part solves for, 1-based among those of the model.
+    !> Returns the contact rows whose forces the part gives without reconstruction, 1-based among those of the model.
     pure function index_list(self) result(numbers)
       import :: reduced_t
       implicit none(type, external)
@@ -180,7 +180,7 @@ module sig_reduced
       integer, allocatable :: numbers(:)
     end function index_list
 
-    !> Returns the number of contact rows that the part solves for (n_rows), or of its modes (n_modes).
+    !> Returns the number of contact_rows (n_rows), or of the mode coordinates in an answer of the part (n_modes).
     pure integer function size_of(self)
       import :: reduced_t
       implicit none(type, external)

@@ -2,8 +2,8 @@
 !> The full-order contact problem condensed to its contacts, as a kind of reduced model. It is exact on all contacts and needs no
 !> mesh.
 !>
-!> A query starts from the active set of the nearest training point. Where this set belongs to a reference with a principal pivot
-!> transform, the transformed problem is solved; its unknowns are only the contacts that differ from the reference.
+!> A query starts from the active set of the nearest training point. If this point has a reference with a principal pivot transform,
+!> the transformed problem is solved: its unknowns are zero except for the contacts whose status differs from the reference.
 module sig_reduced_condensed
   use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
@@ -220,7 +220,7 @@ contains
     class(reduced_condensed_t), intent(in) :: self
     character(:), allocatable :: text
 
-    text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair'))
+    text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact row'))
     text = text // line('  displacements', displacement_text(self%exact_boundaries, &
       size(self%exact_dofs), size(self%basis, 2)))
     text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))

@@ -22,10 +22,10 @@ module sig_reduced_exact
   !> Base type of these kinds. Each kind extends it twice: in a file for its data, which completes, checks, writes and reads them,
   !> and in a file for its queries.
   type, abstract, extends(reduced_t) :: reduced_exact_t
-    !> dofs whose displacement is exact, ascending, 1-based: those of all nodes, or of the nodes that the deck names; shape
-    !> (n_exact)
+    !> dofs whose displacement under the forces of the answer is exact (in an interpolated part except for the interpolation),
+    !> ascending, 1-based, shape (n_exact): those of all nodes, or of the boundaries that the deck names, or none
     integer, allocatable :: exact_dofs(:)
-    !> boundaries of the mesh with these nodes; empty where they are all nodes or no nodes
+    !> boundaries that the deck names for these dofs; empty if they are those of all nodes, or if there are none
     type(string_t), allocatable :: exact_boundaries(:)
     !> active sets (z > 0) at the training points, as bits; shape (n_words(n_multipliers), n_points), or no columns
     integer, allocatable :: start_sets(:, :)
@@ -146,7 +146,7 @@ contains
     call file%write(group // '/exact_boundaries', self%exact_boundaries, description= &
       'boundaries that have these dofs; empty: the dofs are those of all nodes, or there are none')
     call file%write(group // '/start_sets', self%start_sets, description= &
-      'active contacts at each training point, a bit per contact, 32 to an integer, a point per row')
+      'active contacts (of anchors: open ones) at each training point, a bit per contact, 32 to an integer, a point per row')
   end subroutine write_shared
 
   !> Reads the arrays of this base type from a group of a model file. Errors: a dataset is missing, or has another type or rank.
@@ -191,7 +191,7 @@ contains
 
   !> Returns a text that says at which nodes a part has displacements, and whether these are exact or by modes. It has no line end.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)
-    !> boundaries whose nodes are exact; empty where all nodes or no nodes are exact
+    !> boundaries at whose nodes displacements are exact; empty if this holds at all nodes or at none
     type(string_t), intent(in) :: exact_boundaries(:)
     !> number of dofs whose displacement is exact
     integer, intent(in) :: n_exact

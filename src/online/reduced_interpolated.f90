@@ -304,7 +304,7 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact pair') // '; largest error at the training points ' // &
+    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact row') // '; largest error at the training points ' // &
       short_number(self%measured_error) // trim(merge('                                                ', &
       ', an estimate for others: answers have no bound ', self%has_bound())))
     do i = 1, size(self%bodies)

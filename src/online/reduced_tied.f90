@@ -55,7 +55,7 @@ module sig_reduced_tied
     logical, allocatable :: start(:)
   end type tied_room_t
 
-  !> [-] a wrong sign below this share of the largest value of its kind counts as rounding
+  !> [-] a value of the wrong sign, of at most this share of the largest value of its kind, counts as rounding
   real(rk), parameter :: rounding = 1.0e-10_rk
 
 contains
@@ -268,7 +268,7 @@ contains
     character(:), allocatable :: text
     integer :: i
 
-    text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact pair') // ', or refused')
+    text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact row') // ', or refused')
     do i = 1, size(self%clusters)
       associate (status => self%clusters(i)%status)
         text = text // line('  contacts, cluster ' // to_text(i), to_text(count(status == row_changing)) // ' change, ' // &

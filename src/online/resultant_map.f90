@@ -20,7 +20,8 @@ module sig_resultant_map
   !> plane r, z: F_r is the sum of the radial forces, though these have no resultant in space, and r f_z - z f_r shows at which
   !> radius F_z acts.
   type :: resultant_map_t
-    !> names of the two surfaces, for each entry of the deck's contact section; shape (n_entries); none in older files
+    !> names of the two surfaces, or of surface and obstacle, of each entry of the deck's contact section; shape (n_entries), or (0)
+    !> in older files
     type(string_t), allocatable :: names(:)
     !> entry of each multiplier, 1-based, shape (n_multipliers)
     integer, allocatable :: entries(:)
@@ -63,11 +64,11 @@ contains
   !> are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
-    !> [length**(n_dim - 1)] area of each row, shape (n_multipliers)
+    !> [length**2, length in the plane] area of each row, shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] same shape
     real(rk), intent(in) :: multipliers(:)
-    !> [length**(n_dim - 1)] shape (n_entries)
+    !> [length**2, length in the plane] shape (n_entries)
     real(rk), intent(out) :: areas(:)
     !> [force] shape (n_dim, n_entries)
     real(rk), intent(out) :: forces(:, :)
@@ -152,14 +153,14 @@ contains
     !> name of the unit of lengths
     character(*), intent(in) :: length
 
-    call file%write('/contact/entry_names', self%names, description='entries of the deck''s contact section')
+    call file%write('/contact/entry_names', self%names, description='names of the entries of the deck''s contact section')
     call file%write('/contact/entries', self%entries, description='entry of each multiplier, 1-based')
     call file%write('/contact/unit_forces', self%unit_forces, '1', &
       'resultant on the first surface of a multiplier of 1, a multiplier per row')
     call file%write('/contact/unit_moments', self%unit_moments, length, &
-      'its moment about the origin, of the undeformed mesh, a multiplier per row')
+      'moment of this force about the origin, on the undeformed mesh, a multiplier per row')
     call file%write('/contact/unit_imbalances', self%unit_imbalances, length, &
-      'the same moment of the forces on both surfaces, a multiplier per row')
+      'sum of such moments of the forces on both surfaces, a multiplier per row')
   end subroutine write
 
   !> Reads the map from the group /contact, then completes it (complete); all arrays become empty if the file has no map. Errors: a

@@ -18,7 +18,7 @@ contains
     is_matrix = all(shape(values) == [n_rows, n_columns]) .and. all(ieee_is_finite(values))
   end function is_matrix
 
-  !> Whether all values lie between 1 and n; true for an empty list.
+  !> Whether all values are at least 1 and at most n; true for an empty list.
   pure logical function are_indices(values, n)
     integer, intent(in) :: values(:)
     integer, intent(in) :: n

@@ -110,10 +110,10 @@ contains
         call file%write(place // '/free', cluster%free, description='force (' // force // ') of closed contacts, opening (' // &
           length // ') of the others, without forces on the changing ones; a term per row')
         call file%write(place // '/operator', cluster%operator, description= &
-          'what a unit force on each changing contact adds, a changing contact per row')
+          'what a unit force on each changing contact adds to these forces and openings, a changing contact per row')
         call file%write(place // '/free_field', cluster%free_field, length, 'displacement of the exact dofs, a term per row')
         call file%write(place // '/field', cluster%field, length // '/(' // force // ')', &
-          'what a unit force on each changing contact adds, a changing contact per row')
+          'what a unit force on each changing contact adds to this displacement, a changing contact per row')
       end associate
     end do
   end subroutine write

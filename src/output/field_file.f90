@@ -20,11 +20,11 @@ module sig_field_file
 
   !> Call create; then for each point start_point and the add procedures; then close. Both files appear with close.
   !>
-  !> Fields of 1 to 3 components get zeros up to the third, as the coordinates do, so that viewers can warp by them. Fields of 4 or
-  !> 6 components are symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz (attribute `components`); with 4, yz and xz are zero.
-  !> Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only. Numbers of a point and its
-  !> parameters are field data in viewers, where their names end with the unit. The first failure is kept until close returns it.
-  !> h5py shows the shapes reversed, see sig_hdf5_writer. Local: one rank writes.
+  !> Vector fields of 1 to 3 components get zeros up to the third, so that viewers can warp by them; scalar fields get none. Fields
+  !> of 4 or 6 components are symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz (attribute `components`); with 4, yz and xz
+  !> are zero. Arrays that are no fields of the mesh (`add_array`, `add_shared_array`) stand in the HDF5 file only. Numbers of a
+  !> point and its parameters are field data in viewers, where their names end with the unit, if there is one. The first failure is
+  !> kept until close returns it. h5py shows the shapes reversed, see sig_hdf5_writer. Local: one rank writes.
   type :: field_file_t
     private
     type(h5_writer_t) :: file

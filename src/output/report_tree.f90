@@ -23,7 +23,7 @@ module sig_report_tree
     logical :: is_block = .false.
   end type entry_t
 
-  !> The time to set or find a key does not depend on the number of keys.
+  !> On average, the time to set or find a key does not depend on the number of keys.
   type :: report_tree_t
     private
     type(entry_t), allocatable :: entries(:)

@@ -28,8 +28,9 @@ contains
     end if
   end function yaml_of_real
 
-  !> Returns a text in YAML. It is plain if it begins with an ASCII letter or `_`, has only such letters, digits, blanks, _./()+*-,
-  !> does not end with a blank, and is no word such as `yes` or `null`. Any other text, also an empty one, gets double quotes.
+  !> Returns a text in YAML. It is plain if it begins with an ASCII letter or `_`, has only such letters, digits, blanks and the
+  !> characters `_./()+*-`, does not end with a blank, and is no word such as `yes` or `null`. Any other text, also an empty one,
+  !> gets double quotes.
   pure function yaml_of_text(value) result(yaml)
     character(*), intent(in) :: value
     character(:), allocatable :: yaml

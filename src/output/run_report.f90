@@ -15,7 +15,8 @@ module sig_run_report
   !> Keys are written in the order in which they were added first; if a key is added twice, the last value counts.
   !>
   !> `add('errors/e_u/median', value)`: value is a text, integer, real, logical, or a list of integers, reals or texts.
-  !> `add_yaml(key, text)` puts a block of YAML below the key. The time for a key does not depend on the number of keys.
+  !> `add_yaml(key, text)` puts a block of YAML below the key. On average, the time for a key does not depend on the number of
+  !> keys.
   type :: run_report_t
     private
     type(report_tree_t) :: tree

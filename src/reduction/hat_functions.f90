@@ -10,7 +10,7 @@ module sig_hat_functions
   private
   public :: hat_set_t, hats_of_rows, hats_of_all_nodes, hat_columns, select_hats
 
-  !> [-] a component of the unit normal below this is rounding of the deck's direction
+  !> [-] a component of the normal (normal_of) of at most this size is rounding
   real(rk), parameter :: negligible = 1.0e-12_rk
 
   !> A set of hats. Hat i moves one node along the contact normal; prescribed components of the node do not move. Where other
@@ -20,7 +20,7 @@ module sig_hat_functions
     integer, allocatable :: rows(:)
     !> node that the hat moves, natural (order of the mesh file), shape (n_hats)
     integer, allocatable :: nodes(:)
-    !> [-] normal on the free components, 0 on the others, shape (n_dim, n_hats)
+    !> [-] displacement of this node: along the normal (normal_of), 0 in prescribed components; shape (n_dim, n_hats)
     real(rk), allocatable :: values(:, :)
     !> [-] entry of B hat in the row of the hat; all other entries are zero; shape (n_hats)
     real(rk), allocatable :: entries(:)

@@ -20,8 +20,8 @@ contains
 
   !> Measures the rank and the condition number of the reduced stiffness K_r: sets stiffness_rank, stiffness_condition and
   !> history%stiffness_conditions of `cluster`. The last are the condition numbers before the first hat and after each hat, those of
-  !> the leading blocks of K_r, because hats are the last modes. Condition numbers are infinite only where a singular value is
-  !> exactly zero. Where K_r depends on the parameters, it is taken in the middle of the box.
+  !> the leading blocks of K_r, because hats are the last modes. A condition number is infinite where a singular value is exactly
+  !> zero. Where K_r depends on the parameters, it is taken in the middle of the box.
   subroutine measure_stiffness(rank_tolerance, cluster)
     !> [-] a singular value below this times the largest counts as zero in the rank, not in the condition numbers
     real(rk), intent(in) :: rank_tolerance
@@ -135,8 +135,8 @@ contains
   end function undetermined_text
 
   !> Returns the warnings about a model, one sentence each, without full stop: ranks that are not full (of (11), of the basis on the
-  !> domain, of K_r), loads that the domain misses, a condition number of K_r above 1e8, has_all_hats. Requires: the ranks and
-  !> condition numbers in `cluster`.
+  !> domain, of K_r), loads that the equations of the domain do not see, a condition number of K_r above 1e8, has_all_hats.
+  !> Requires: the ranks and condition numbers in `cluster`.
   function solvability_warnings(cluster, has_all_hats, n_loaded, n_missed) result(warnings)
     type(hhr_data_t), intent(in) :: cluster
     !> the deck asks for the hats of both sides (reduction.enrichment: all)
@@ -149,17 +149,18 @@ contains
     allocate (warnings(0))
     if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
       to_text(cluster%rank) // ' of ' // counted(cluster%n_rows, 'contact row') // '; multipliers may not be unique ' // &
-      '(hat functions help: reduction.enrichment: auto or greedy)')
+      '(more hat functions may help: reduction.enrichment: auto or greedy, with max_hats large enough)')
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
     if (n_missed > 0) call append_text(warnings, 'the equations of the reduced integration domain do not see the load on ' // &
-      to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // ' (auto in reduction.zones_of_interest takes them all)')
+      to_text(n_missed) // ' of ' // counted(n_loaded, 'loaded node') // &
+      ' (auto in reduction.zones_of_interest adds these nodes to the domain)')
     if (cluster%stiffness_condition > large_condition) call append_text(warnings, &
       'the condition number of the reduced stiffness is ' // short_number(cluster%stiffness_condition) // &
       ': answers may lose about ' // lost_digits(cluster%stiffness_condition))
-    if (has_all_hats) call append_text(warnings, 'both hats of every pair are in the basis: the contact rows are ' // &
-      'conditioned best, but the equations of a part of the mesh hardly determine the answer; ' // &
-      'reduction.enrichment: greedy takes one hat per pair')
+    if (has_all_hats) call append_text(warnings, 'the hats of both sides of the contacts are in the basis: the contact rows ' // &
+      'are conditioned best, but the equations of the reduced integration domain hardly determine the answer; ' // &
+      'reduction.enrichment: greedy takes at most one hat per contact')
   end function solvability_warnings
 end module sig_solvability

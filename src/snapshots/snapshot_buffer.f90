@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Keeps records for less than a second before they are written to a shard. So a short run does not write them twice: to a shard and
-!> to the merged file.
+!> Keeps records for about a second before they are written to a shard. So a short run does not write them twice: to a shard and to
+!> the merged file.
 module sig_snapshot_buffer
   use sig_clock, only: wall_time
   use sig_errors, only: error_t
@@ -25,7 +25,7 @@ module sig_snapshot_buffer
     procedure :: close => close_buffer
   end type snapshot_buffer_t
 
-  !> [s] longest time that records wait, because a kill loses them
+  !> [s] longest time that records should wait, by estimate, because a kill loses those that wait
   real(rk), parameter :: longest_time = 0.9_rk
   !> [bytes] size of the displacements from which on the records are written
   real(rk), parameter :: largest_size = 2.0e8_rk

@@ -220,7 +220,7 @@ contains
       description='parameter points, one per snapshot; units: see attribute')
     call file%write_columns('/displacement', displacement, n_dofs, length_unit, &
       'nodal displacement, dof = n_dim * (node - 1) + component')
-    call file%write_columns('/multipliers', multipliers, n_multipliers, multiplier_unit, 'contact force of each node pair, >= 0')
+    call file%write_columns('/multipliers', multipliers, n_multipliers, multiplier_unit, 'contact force of each contact row, >= 0')
     call file%write_columns('/residuals', residuals, n_residuals, description= &
       'equilibrium (relative), penetration (' // length_unit // '), negative multiplier (relative), ' // &
       'complementarity (relative), force balance (relative)')

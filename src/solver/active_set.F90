@@ -59,7 +59,8 @@ module sig_active_set
     logical, allocatable :: wanted(:)
   end type step_t
 
-  !> [-] a multiplier or a penetration this far below the largest of its kind is rounding, and changes no status
+  !> [-] a pull of at most this fraction of the largest multiplier, or a penetration of at most this fraction of the largest
+  !> displacement, is rounding and changes no status
   real(rk), parameter :: rounding = 1.0e-12_rk
   !> [-] of each accuracy level: what counts as rounding, and the tolerance of conjugate gradients (0: that of the options)
   real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
@@ -138,7 +139,8 @@ contains
 
   !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
   !> held from the first step on. If an active set occurs a second time, from then on a step changes only the wrong pair with the
-  !> lowest number (change_first): this cannot cycle, but needs more steps. Collective.
+  !> lowest number, or exchanges it for another one (change_first): without rounding errors this cannot cycle, but it needs more
+  !> steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -307,7 +309,7 @@ contains
 
     PetscCall(self%linear_solver%solve_vector(self%rhs, tolerance, self%solution, ierr))
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
-    ! multigrid moves them too, at next to no energy
+    ! multigrid changes these unknowns a little, too
     PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
     PetscCall(system%get(self%solution, step%unknowns, ierr))
     PetscCall(VecDuplicate(self%rhs, forces, ierr))
@@ -357,8 +359,8 @@ contains
     set(first) = .true.
   end subroutine exchange_hold
 
-  !> Sets displacement and multipliers of the state. The multiplier of a pair is zero if state%is_active is false for it, or if it
-  !> pulls.
+  !> Sets displacement and multipliers of the state. The multiplier of a pair is zero if state%is_active is false for it, or if its
+  !> computed force pulls.
   pure subroutine finish_state(form, system, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system

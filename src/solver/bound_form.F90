@@ -2,11 +2,12 @@
 #include "signorom/macros.h"
 !> The contact problem with simple bounds: in unknowns x with u = T x, B_k u <= D_k becomes x_j <= bound for one unknown j per row.
 !>
-!> The free dofs of a row are its own, or shared with other rows (a node of the second side that faces several nodes). With q_k
-!> the unit vector of its coefficients on its own dofs, of size |B_k|, and s_k = those on shared dofs / |B_k|: the reflection
-!> I - 2 v v' with v along q_k - e_j swaps q_k and e_j on the own dofs, and x_j = q_k' u + s_k' u, so that u = R (x - e_j s_k' x).
-!> Own dofs belong to one row each, hence all rows together are one change of unknowns T: K becomes T' K T and stays symmetric
-!> and positive definite, and lambda_k is the residual of unknown j over -|B_k|. Rows that share nothing make T = R, orthogonal.
+!> The free dofs of a row are its own, or shared with other rows (a node of the second side that faces several nodes). Let |B_k| be
+!> the norm of its coefficients on its own dofs, q_k = these coefficients / |B_k|, and s_k = those on shared dofs / |B_k|. The
+!> reflection I - 2 v v' with v along q_k - e_j swaps q_k and e_j on the own dofs, and x_j = q_k' u + s_k' u, so that u = R (x - e_j
+!> s_k' x). Own dofs belong to one row each, hence all rows together are one change of unknowns T: K becomes T' K T and stays
+!> symmetric and positive definite, and lambda_k is the residual of unknown j over -|B_k|. Rows that share nothing make T = R,
+!> orthogonal.
 !>
 !> The owner of a row may be part of other rows, which have owners of their own: a corner of quadratic faces, and the mid-side nodes
 !> beside it. These rows change their unknowns first, as if the corner were shared; then the corner's own row is alone with it.
@@ -59,7 +60,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     call set_reflectors(self, system)
-    SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof that no other row meets')
+    SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
     PetscCall(assemble_levels(self, system, .false., self%transformation, ierr))
     PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
     ! what a second product would use is as large as K

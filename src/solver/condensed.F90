@@ -3,7 +3,7 @@
 !> Contact condensed to the multipliers: K is factored once, then a parameter point is a dense complementarity problem.
 !>
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
-!> 0 <= lambda, W lambda + D - B G theta >= 0, complementary; u = G theta - H lambda.
+!> 0 <= lambda, W lambda + (D - B G) theta >= 0, complementary; u = G theta - H lambda.
 !>
 !> Anchors T hold bodies that only contact holds: as many pairs as there are free motions Z. G and H are then responses with closed
 !> anchors, whose forces balance the other forces (Z' (F - B' lambda) = 0). The unknowns of the anchors are their openings w_T in
@@ -56,7 +56,8 @@ module sig_condensed
   !> [flop] about half a second
   real(rk), parameter :: work_at_once = 1.0e10_rk
   integer, parameter :: most_points_at_once = 64
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  !> [-] the work of the loads on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then
+  !> the loads are in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
@@ -161,9 +162,10 @@ contains
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
-  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point without a
-  !> solution has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its forces and
-  !> displacements are of no use. If `create` has failed, each state has self%reason, zeros and no closed row. Collective.
+  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point for which no
+  !> solution is found has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its
+  !> forces and displacements are of no use. If `create` has failed, each state has self%reason, zeros and no closed row.
+  !> Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -190,8 +192,8 @@ contains
     PetscCall(share_displacements(system, local, states, ierr))
   end subroutine solve_points
 
-  !> Solves the dense problem of each point. Each one starts from the active set of the last point that was solved; the first one
-  !> from the pairs that overlap without contact forces, or, if there are anchors, from all pairs closed. Local.
+  !> Solves the dense problem of each point. Each one starts from the active set of the last point that was solved. Before there is
+  !> one, the start is the pairs that overlap at the first point without contact forces, or, if there are anchors, all pairs. Local.
   subroutine solve_multipliers(self, theta, states, unknowns)
     type(condensed_t), intent(in) :: self
     !> [-] values of the terms, shape (n_terms, n_points)

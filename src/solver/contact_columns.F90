@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Some columns of the matrix W of all contacts, and the openings without contact forces, if the whole of W needs too much memory.
+!> Some columns of the matrix W of all contacts, and the openings without contact forces, for problems in which the whole of W needs
+!> too much memory.
 !>
 !> Bodies that only contact holds are held by anchors, whose forces balance all other forces. The place of these bodies is
 !> arbitrary.
@@ -24,8 +25,8 @@ module sig_contact_columns
     integer :: reason = 0
     !> [length per unit of theta] D - B G, shape (n_rows, n_terms); after `take` zero in the rows of anchors
     real(rk), allocatable :: free_opening(:, :)
-    !> [length/force] columns of the chosen rows, shape (n_rows, n_chosen); the column of an anchor is zero, and after `take` also
-    !> its row
+    !> [length/force] columns of the chosen rows, shape (n_rows, n_chosen); the column of an anchor is zero up to rounding, and
+    !> after `take` also its row
     real(rk), allocatable :: columns(:, :)
     type(anchors_t) :: anchors
   contains

@@ -3,9 +3,10 @@
 !> Displacements L, one column per contact row, and their stiffness L' K L. Column k closes row k by 1 and no other row, B L = 1. It
 !> moves only the nodes of this row and, where needed, owners of other rows that must follow (below).
 !>
-!> A side moves along the free components of its coefficients, n_free / |n_free|^2. Where both sides can, the stiffer one moves
-!> less, so that the energy is least; where a side has no free component, or meets other rows, too, the other one moves. Owners
-!> of other rows follow where these meet the row's owner (sig_side_motions).
+!> Of the first side only the owner moves, with the owners of other rows that must follow where these meet it (sig_side_motions). Of
+!> the second side all nodes move, if no other row meets them. The motion is along the free components of the coefficients,
+!> n_free / |n_free|^2. Where both sides can move, the stiffer one moves less; the energy is then least if K does not couple the
+!> sides. Where a side cannot move, the other one moves alone.
 module sig_contact_lift
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
@@ -139,7 +140,7 @@ contains
 
   contains
 
-    !> n_free / |n_free|^2 of some entries of the rows.
+    !> n_free / |n_free|^2 of some entries of the rows; zero if |n_free|^2 is at most `movable`.
     subroutine move(from, to, values)
       integer, intent(in) :: from
       integer, intent(in) :: to

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Displacements without contact, from one factorization of K: G under each term, H under a unit force of each contact row.
+!> Displacements without contact, from one factorization of K: G under each driving term, and -H under a unit contact force of each
+!> row.
 !>
 !> Anchors T hold bodies that only contact holds. Their forces balance the others: Z' (F - B' lambda) = 0.
 module sig_contact_responses
@@ -19,7 +20,8 @@ module sig_contact_responses
 
   !> number of right-hand sides that are made at a time
   integer, parameter :: chunk = 64
-  !> [-] a load that works less than this share of its parts on a free motion is in equilibrium
+  !> [-] the work of a load on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then the
+  !> load is in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains

@@ -12,7 +12,7 @@ module sig_contact_solver
 
   !> What all contact solvers have. Set the components, call create for a system, then solve or solve_points, then destroy.
   type, abstract :: contact_solver_t
-    !> largest number of steps at one point; `condensed` does not use it
+    !> largest number of steps at one point; `snesvi` may need twice as many in its two attempts, `condensed` does not use it
     integer :: max_iterations = 50
     !> whether conjugate gradients with multigrid solve the linear systems, and not factorizations; `condensed` always factors
     logical :: is_multigrid = .false.

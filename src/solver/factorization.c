@@ -9,10 +9,10 @@
 #include "signorom/linear_solver.h"
 #include "signorom/petsc_support.h"
 
-// [%] Memory that MUMPS gets in addition to its own estimate; it is doubled after each failure for lack of memory.
+// [%] Memory that MUMPS gets in addition to its own estimate; it is doubled each time that MUMPS finds it too small.
 enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
-// Up to this number of unknowns, approximate minimum fill is the best ordering: a better one takes longer than it
-// saves.
+// Up to this number of unknowns, the ordering is approximate minimum fill: one that gives a smaller factor takes longer
+// than it saves.
 enum { SMALL = 20000 };
 static const char MINIMUM_FILL[] = "2";
 // Tightest relative tolerance if the preconditioner is a factorization: the solution is as good as by a new
@@ -106,14 +106,15 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   }
   *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
   if (infog[0] < 0)
-    snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d of MUMPS",
-             is_out_of_memory(infog[0]) ? " for lack of memory (linear: gamg needs less)" : "", (int)infog[0],
-             (int)infog[1]);
+    snprintf(
+        message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
+        is_out_of_memory(infog[0]) ? " for lack of memory (solver.linear: gamg needs less, except in condensed)" : "",
+        (int)infog[0], (int)infog[1]);
   return 0;
 }
 
-// MUMPS keeps its ordering and factors the new numbers only. If the memory does not suffice, it begins again as for a
-// first matrix.
+// MUMPS keeps its ordering and factors the new numbers only. If this fails, for example because the memory does not
+// suffice, it begins again as for a first matrix.
 PetscErrorCode sig_factor_again(KSP ksp, Mat matrix, int *reason, char *message) {
   PC pc;
   PetscInt infog[2] = {0, 0}, null_pivots = 0;

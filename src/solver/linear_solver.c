@@ -194,8 +194,9 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
   return 0;
 }
 
-// Gives whether sparse right-hand sides can be used, and counts the entries of each column then. MUMPS saves work with
-// them. On several ranks it would need all of them on the first rank, and it refuses a right-hand side without entries.
+// Gives whether the right-hand sides should be passed to MUMPS as a sparse matrix, which saves work: on one rank, if at
+// most 1 % of their entries differ from zero, but not none. counts: number of such entries of each column. On several
+// ranks MUMPS would need the whole sparse matrix on the first rank, and it refuses a matrix without entries.
 static PetscErrorCode takes_sparse(Mat factor, int n_columns, int n_local, const double *rhs, PetscInt *counts,
                                    PetscBool *is_sparse) {
   MatSolverType type;

@@ -20,7 +20,7 @@ module sig_snes_vi
   !> The contact solver `snesvi`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: snes_vi_t
     type(bound_form_t) :: form
-    !> [force/length] norm of T' K T: largest sum of a row's sizes
+    !> [force/length] norm of T' K T: for each row the sum of the absolute values of its entries, of these the largest
     real(rk) :: largest_stiffness = 0
   contains
     procedure :: create
@@ -28,7 +28,7 @@ module sig_snes_vi
     procedure :: destroy
   end type snes_vi_t
 
-  !> [-] an unknown this close to its bound, relative to the largest displacement, sits on it
+  !> [-] a pair is closed if its unknown is above its bound, or below it by at most this fraction of length_scale (scales)
   real(rk), parameter :: on_bound = 1.0e-11_rk
 
 contains

@@ -32,7 +32,8 @@ static PetscErrorCode jacobian(SNES snes, Vec x, Mat a, Mat p, void *context) {
 // search_type: full steps or a backtracking line search. Full steps are Newton steps on the active set and need few
 // iterations. A backtracking search reduces the residual in each step. But at the bounds a full step projects the
 // unknowns, which raises the residual by orders of magnitude, so that the search takes very small steps (1/100 to
-// 1/10000 of a full step on the paper's case b). It is used if full steps repeat the same active sets.
+// 1/10000 of a full step on the paper's case b). It is used only
+// if max_iterations full steps do not converge, for example because they repeat the same active sets.
 static PetscErrorCode set_up(SNES snes, quadratic_t *problem, Vec upper, int is_multigrid, int max_iterations,
                              SNESLineSearchType search_type) {
   KSP ksp;

@@ -12,9 +12,9 @@ module sig_solver_options
 
 contains
 
-  !> Makes an error if an object on this rank has not used a PETSc option with the prefix of this solver; it names the first such
-  !> option. Otherwise error is not allocated. Requires: this rank has taken part in solving a point by this solver, so that every
-  !> object of the solver has read its options. Only then the result is the same on every rank. Local.
+  !> Makes an error if there is a PETSc option with the prefix of this solver that no object on this rank has used; the error names
+  !> the first such option. Otherwise error is not allocated. Requires: this rank has taken part in solving a point by this solver,
+  !> so that every object of the solver has read its options. Only then the result is the same on every rank. Local.
   subroutine refuse_unused_options(solver_type, error, ierr)
     !> active_set, snesvi or condensed
     character(*), intent(in) :: solver_type

@@ -39,7 +39,8 @@ module sig_solver_plan
   real(rk), parameter :: max_response = 4.0e9_rk
   !> largest number of dofs, in the plane and in space, for one factorization; with more, multigrid needs less time and memory
   integer, parameter :: max_condensed_dofs(2:3) = [500000, 100000]
-  !> the same for factorizations in each step: at 7 000 dofs in space both take equal time, at 55 000 multigrid a third of it
+  !> largest number of dofs, in the plane and in space, for factorizations in each step; active_set with more of them gets
+  !> multigrid from `auto`. In space both take equal time at 7 000 dofs; at 55 000 multigrid takes a third of the time
   integer, parameter :: max_factored(2:3) = [500000, 15000]
   !> smallest number of points for which K^-1 B' is cheaper than factorizations in each step
   integer, parameter :: min_sweep = 4
@@ -88,7 +89,7 @@ contains
       plan%why = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
     else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. &
       sizes%n_dofs > max_condensed_dofs(sizes%n_dim)) then
-      plan%why = to_text(sizes%n_dofs) // ' dofs are too many to keep the response to each multiplier'
+      plan%why = to_text(sizes%n_dofs) // ' dofs are too many to factor the stiffness and keep the response to each multiplier'
     else if (sizes%n_points < min_sweep) then
       plan%why = 'fewer than ' // to_text(min_sweep) // &
         ' points with one stiffness do not pay for the response to each multiplier'

@@ -4,8 +4,9 @@
 !> rows.
 !>
 !> With K tied at the closed rows C (B_C u = D_C theta), the displacement under forces on the changing rows N is u = G theta - H
-!> lambda_N. One factorization and N + t solves for t terms give a value of each row, R theta + S lambda_N: the force of a closed
-!> row, the opening of each other row. The values of the rows N are the complementarity problem; there S is symmetric.
+!> lambda_N. One factorization, and one solve per changing row and per term, give a value of each row, R theta + S lambda_N: the
+!> force of a closed row, the opening of each other row. The values of the rows N are the complementarity problem; there S is
+!> symmetric.
 module sig_tied
   use sig_bound_form, only: bound_form_t
   use sig_contact_system, only: contact_system_t

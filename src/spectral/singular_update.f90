@@ -97,7 +97,7 @@ contains
   end function outside_part
 
   !> Returns the smallest root x^(1/2) of the equation of ratio_with_column. It lies between the two lowest poles (above the pole,
-  !> if there is one only), and is the lowest pole where the weight of that is zero.
+  !> if there is one only). It is the lowest pole itself where the weight of this pole is zero.
   pure real(rk) function smallest_root(poles, weights) result(root)
     !> d_i, ascending, >= 0
     real(rk), intent(in) :: poles(:)
@@ -126,8 +126,8 @@ contains
     end associate
   end function largest_root
 
-  !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - x) (d_i + x)) changes from negative to
-  !> positive for x = d_k + offset. If it is positive everywhere, the result is next to 0.
+  !> Finds by halving the offset, 0 < offset < widest, where 1 + sum_i z_i**2 / ((d_i - s) (d_i + s)) changes from negative to
+  !> positive, with the singular value s = d_k + offset. If it is positive everywhere, the result is next to 0.
   pure real(rk) function offset_of_root(poles, weights, i_pole, widest) result(offset)
     !> poles and weights as in smallest_root
     real(rk), intent(in) :: poles(:)

@@ -224,8 +224,8 @@ contains
     end do
   end subroutine add_line
 
-  !> Appends one integration point at (s, t). Its area vector is the normal of the face there, as long as the area of the image of a
-  !> small piece of the unit square with the area `weight`.
+  !> Appends one integration point at (s, t). Its area vector is normal to the face; the length of this vector is `weight` times the
+  !> area on the face per area of the unit square at this point.
   pure subroutine add_face_point(facet, vertices, place, weight, rule)
     type(curved_facet_t), intent(in) :: facet
     !> [length] as in add_curved_face

@@ -30,7 +30,7 @@ struct sig_expression {
   int n_names;
 };
 
-/* The caller's variables for an error of creation. */
+/* Where to describe an error: variables of the caller of sig_expression_create. */
 typedef struct {
   int *position;
   char *token, *message;
@@ -152,7 +152,7 @@ int sig_expression_create(const char *text, size_t text_length, const char *name
   token[0] = message[0] = '\0';
   *expression = NULL;
   if (memchr(text, '\0', text_length)) {
-    put(message, size, "the expression holds a NUL byte");
+    put(message, size, "the expression contains a NUL byte");
     return SIG_EXPRESSION_SYNTAX;
   }
   sig_expression *own = calloc(1, sizeof *own);

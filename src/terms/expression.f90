@@ -19,8 +19,8 @@ module sig_expression
 
   !> [characters] most in one expression of the deck
   integer, parameter :: max_expression = 1000
-  !> [characters] most in one that the program composes of those of the deck. muParser writes its messages, up to 120 characters
-  !> and a piece of the expression, into a fixed buffer of 2048 bytes without a check.
+  !> [characters] most in one expression that the program composes from expressions of the deck. muParser writes its messages, up to
+  !> 120 characters and a piece of the expression, into a fixed buffer of 2048 bytes without a check.
   integer, parameter :: max_composed = 1900
 
   character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ'
@@ -58,7 +58,7 @@ contains
     type(string_t), intent(in) :: names(:)
     !> why the text was refused
     character(:), allocatable, intent(out) :: message
-    !> the program has composed the text of expressions of the deck; default: false
+    !> the program has composed the text from expressions of the deck; default: false
     logical, intent(in), optional :: is_composed
     character(max_message) :: token, sentence
     integer(c_int) :: code, position

@@ -35,7 +35,8 @@ module sig_facet_points
   real(rk), parameter :: gauss_points(n_gauss) = [1 - outer, 1 - inner, 1 + inner, 1 + outer] / 2
   real(rk), parameter :: gauss_weights(n_gauss) = [18 - sqrt(30.0_rk), 18 + sqrt(30.0_rk), 18 + sqrt(30.0_rk), &
     18 - sqrt(30.0_rk)] / 72
-  !> 12 Gauss points on (0, 1), for rational functions: a bound cuts a quadrilateral with unequal sides along one
+  !> 12 Gauss points on (0, 1), for functions that are no polynomials, as where a bound of a window cuts a curved face or a
+  !> quadrilateral with unequal sides
   integer, parameter :: n_fine = 12
   real(rk), parameter :: half_points(6) = [0.12523340851146891547_rk, 0.36783149899818019375_rk, 0.58731795428661744730_rk, &
     0.76990267419430468704_rk, 0.90411725637047485668_rk, 0.98156063424671925069_rk]

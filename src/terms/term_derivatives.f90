@@ -174,7 +174,7 @@ contains
     real(rk), intent(in) :: step
     !> shape (n_terms, 5); zero on a side where a value is missing
     real(rk), contiguous, intent(inout) :: values(:, -2:)
-    !> first source without a finite value on the side -1 and on the side 1, 1-based; 0 = none
+    !> a source without a finite value on the side -1 and on the side 1, 1-based; 0 = none
     integer, intent(out) :: missing(-1:)
     real(rk) :: place(size(point))
     integer :: i, i_source

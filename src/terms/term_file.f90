@@ -39,12 +39,13 @@ contains
     character(*), intent(in) :: length
 
     call file%write(group // '/text', source%text, description='expression of the parameters and the coordinates')
-    call file%write(group // '/terms', source%terms, description='term (1-based) of each place')
+    call file%write(group // '/terms', source%terms, description='term (1-based) of each place, or the only term')
     call file%write(group // '/places', source%places, length, 'coordinates of the places, a place per row')
     call file%write(group // '/minimum', source%minimum, description='lower bound of the window, empty = none')
     call file%write(group // '/maximum', source%maximum, description='upper bound of the window, empty = none')
     call file%write(group // '/facets', source%facets, description='places of each facet, 1-based, filled up with 0')
-    call file%write(group // '/orientations', source%orientations, description='+1 or -1, a facet per entry')
+    call file%write(group // '/orientations', source%orientations, &
+      description='of each facet: +1 if the order of its nodes gives the outward normal, else -1')
     call file%write(group // '/dof_terms', source%dof_terms, description='terms of the nodal forces, 0 = none, a place per row')
     call file%write_attribute(group, 'kind', source%kind)
     call file%write_attribute(group, 'component', source%component)

@@ -4,9 +4,9 @@
 !>
 !> Of an edge, the window leaves one piece. A face is the image of a unit square (s, t), on which the bounded coordinate is
 !> bilinear. At fixed s the window leaves an interval of t. The ends of this interval are rational functions of s between those s
-!> where a bound crosses a side t = 0 or t = 1. Gauss points are put on this interval of t, and in s between two such s. They are
-!> exact for triangles and parallelograms, where the integrands are polynomials. For quadrilaterals whose opposite sides differ by a
-!> factor of 5, the points are accurate to 1e-9 or better.
+!> where a bound crosses a side t = 0 or t = 1. Gauss points are put on this interval of t, and in s between two such s. On
+!> triangles and parallelograms they are exact for a pressure that is a polynomial of the coordinates up to degree 4. On
+!> quadrilaterals whose opposite sides differ by up to a factor of 5, they are accurate to 1e-9 or better.
 module sig_window_rule
   use sig_cross_products, only: cross_product
   use sig_curved_rule, only: add_curved_edge, add_curved_face
@@ -126,9 +126,9 @@ contains
     upper = upper + bulge
   end subroutine facet_box
 
-  !> Returns facet_outside (0), facet_cut (1) or facet_inside (2) for the box of a facet. A facet that only touches the window, with
-  !> no area inside, is outside. So is every facet if the minimum of the window is larger than its maximum. Without a window (axis =
-  !> 0) all are inside.
+  !> Returns facet_outside (0), facet_cut (1) or facet_inside (2) for the box of a facet. A facet that only touches a bound from
+  !> outside is outside; one that is on a bound as a whole is inside. If the minimum of the window is larger than its maximum, every
+  !> facet is outside. Without a window (axis = 0) all are inside.
   !>
   !> Where the window does not cut facets (is_cut is false), a facet is inside if its box is inside up to rounding, and else
   !> outside.

@@ -254,15 +254,15 @@ contains
     call file%add_node_field('contact_side', side, '-', '1 on the first side of a contact row, 2 on the second; else 0')
     call file%add_node_field('contact_entry', entry, '-', 'entry of the deck''s contact section, 1-based; 0 without a row')
     call file%add_node_field('contact_row', status, '-', &
-      '1 carries a contact force, 2 all displacements of its row are prescribed (no contact force); else 0')
-    call file%add_node_field('contact_normal', normals, '-', 'from side 1 to side 2, at nodes with a row')
+      '1 owns a row with a multiplier, 2 owns a row whose displacements are all prescribed (no multiplier); else 0')
+    call file%add_node_field('contact_normal', normals, '-', 'from side 1 to side 2, at nodes that own a row')
     call file%add_node_field('gap', nodal_gaps(rows, matmul(rows%gap, theta), problem%mesh%n_nodes), problem%deck%units%length, &
       'open distance before anything moves, the smallest of the rows at the node; no number where there is none')
     call file%add_node_field('contact_area', nodal_areas(rows, problem%mesh%n_nodes), area_unit(problem%deck), &
       'area that the node stands for')
-    call file%add_node_field('n_partners', partners, '-', 'number of nodes of the second surface in the row of this node')
+    call file%add_node_field('n_partners', partners, '-', 'number of nodes on side 2 of the row that this node owns')
     call file%add_node_field('largest_share', largest, '-', &
-      'largest share of one of these nodes in the contact force; 1 for a pair')
+      'largest share of one of these nodes in the contact force; 1 for a pair, 0 for an obstacle')
   end subroutine write_contact_fields
 
   !> Finds of each node its side, its contact entry and whether it owns a row with a multiplier; all are 0 at nodes that are in no

@@ -23,9 +23,9 @@ module sig_contact_surfaces
     type(contact_rows_t) :: rows
   end type entry_rows_t
 
-  !> Call create; then for each point start_point, write_values and, if there is a reduced model, write_reduced; then close. All of
-  !> them do nothing if the deck has no contact or wants no fields of it. A node that two contacts share is written once for each of
-  !> them. Local: one rank writes.
+  !> Call create; then for each point start_point, write_values and, if there is a reduced model, write_reduced; then close. If the
+  !> deck has no contact or wants no fields of it, create only removes old files, and the others do nothing. A node that two
+  !> contacts share is written once for each contact. Local: one rank writes.
   type :: contact_surfaces_t
     private
     logical :: is_used = .false.

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Fields at the deck's output points for ParaView and the figures: full-order ones, and reduced ones where there is a model.
+!> Fields at the output points (or at --at) for ParaView and the figures: full-order ones, and reduced ones where there is a model.
 module sig_field_output
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Adds to report.yaml what the stages of a study found. The section of a stage needs only the file that the stage wrote.
+!> Adds to report.yaml what the stages of a study found.
 module sig_reporting
   use sig_contact_state, only: contact_state_t, residuals_t
   use sig_deck_config, only: deck_config_t

@@ -127,7 +127,7 @@ CASES = {
     ),
     "a region": (
         blocks(), ["first: lower_face, second: upper"], (8, SECOND),
-        "'upper' of the mesh is no surface but a region of cells; it has bottom, lower_face,", None,
+        "'upper' of the mesh is no surface but a region of cells; the mesh has bottom, lower_face,", None,
     ),
     "same facets in both": (
         named(blocks(), "copy", ("lower_face",)), ["first: lower_face, second: copy"], (8, FIRST),

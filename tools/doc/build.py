@@ -37,7 +37,7 @@ LOADED = re.compile(
 
 
 def markdown_files() -> Iterator[Path]:
-    """Yields the Markdown files of the root and of FOLDERS, as paths from the root on, without hidden folders."""
+    """Yields the paths, from the root on, of the Markdown files of the root and of FOLDERS, hidden folders left out."""
     yield from (path.relative_to(ROOT) for path in ROOT.glob("*.md"))
     for folder in FOLDERS:
         for path in (ROOT / folder).rglob("*.md"):
@@ -90,8 +90,9 @@ class Pages:
     def _check_sources(self, page: Path, i_line: int, line: str) -> None:
         """Ends the program if a source file that a line names is not there.
 
-        Names count from the root, from src, from the folder of the page, or from that of the last name in the line. A
-        name alone may be that of any source file, except after such a name in a row of a table.
+        Names count from the root, from src, from the folder of the page, or from the folder of the last name with a
+        folder in the line. A name without a folder may be that of any source file; but in a row of a table, after a
+        name with a folder, it may not.
         """
         folder: Path | None = None
         for name in SOURCE.findall(line):

@@ -38,8 +38,8 @@ contains
       if (lengths(i) > 0) cycle
       call make_error(error, 'snapshot ' // to_text(i) // ' (' // format_point(names, points(:, i)) // &
         ') is zero: it cannot be compared with others', &
-        hint='leave points without load and without prescribed displacement out of the training set: give the load a ' // &
-          'smallest value above 0, or the set of points another seed')
+        hint='leave points at which nothing loads or moves the bodies out of the training set: let the range of the load ' // &
+          'begin above 0, or take other training points')
       return
     end do
   end subroutine check_snapshots
@@ -115,7 +115,8 @@ contains
       if (size(clusters(i)%snapshots) >= min_snapshots) cycle
       call make_error(error, 'cluster ' // to_text(i) // ' of ' // to_text(size(clusters)) // ' has ' // &
         counted(size(clusters(i)%snapshots), 'snapshot') // '; its basis needs at least ' // to_text(min_snapshots) // &
-        ' (clusters.min_snapshots)', hint='ask for fewer clusters, for more training points, or for small_clusters: merge')
+        ' (clusters.min_snapshots)', &
+        hint='take fewer clusters, more training points, a smaller min_snapshots, or small_clusters: merge')
       return
     end do
   end subroutine check_clusters

@@ -18,7 +18,7 @@ typedef struct {
   int *medoids;
   int *nearest, *second;          /* of each item */
   double *to_nearest, *to_second; /* of each item; to_second is infinite where k = 1 */
-  double *removal_loss;           /* of each medoid: what the loss gains when it goes */
+  double *removal_loss;           /* of each medoid: by how much the loss grows without it */
   double *change;                 /* of each medoid: work space */
   double *bound;                  /* of each item: work space */
   int *pool;                      /* of each item: work space */
@@ -254,7 +254,7 @@ static int best_exchange(search_t *search, int candidate, double *total) {
 
 /* Method FASTER_PAM, with the candidates in the order of the pool. */
 static void run_faster_pam(search_t *search) {
-  if (search->k == 1) { /* nobody is second nearest; all exchanges are known from the sums */
+  if (search->k == 1) { /* no medoid is second nearest; the best medoid follows from sums */
     search->medoids[0] = most_central(search);
     return;
   }
@@ -293,7 +293,7 @@ static double assign(search_t *search) {
     search->nearest[o] = best;
     loss += row[search->medoids[best]];
   }
-  for (int i = 0; i < search->k; i++) search->nearest[search->medoids[i]] = i; /* equal items: each its own cluster */
+  for (int i = 0; i < search->k; i++) search->nearest[search->medoids[i]] = i; /* also if medoids are equal */
   return loss;
 }
 

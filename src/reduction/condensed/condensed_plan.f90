@@ -68,7 +68,7 @@ contains
     reason = ''
     associate (room => problem%deck%reduction%max_full_order_size)
       if (problem%rows%n_rows == 0) then
-        reason = 'there is no contact pair with a free displacement'
+        reason = 'there is no contact with a free displacement'
       else if (forces_size(problem) > room) then
         reason = 'the matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
           'reduction.max_full_order_size'

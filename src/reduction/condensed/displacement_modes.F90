@@ -3,7 +3,8 @@
 !> Displacements by modes where elastic constants depend on the parameters. For each body this module computes a basis, the reduced
 !> equations (Galerkin) for each part of the stiffness, and the residuals that bound their error. sig_body_modes uses them.
 !>
-!> mu_0 are the elastic constants in the middle of their ranges. A part of the stiffness belongs to one modulus of one material.
+!> mu_0 are the elastic constants of a body for which the variables of its interpolation (body_constants_t) are in the middle of
+!> their ranges. A part of the stiffness belongs to one modulus of one material.
 module sig_displacement_modes
   use sig_body_constants, only: joined_body_t
   use sig_body_modes, only: body_modes_t, part_moduli
@@ -37,8 +38,8 @@ module sig_displacement_modes
 contains
 
   !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Afterwards `joined` and the
-  !> stiffness of the team are those of mu_0, the middle of the ranges of the elastic constants. Collective on all ranks, with the
-  !> same result on each.
+  !> stiffness of the team are those of mu_0, where the variables of the interpolation are in the middle of their ranges. Collective
+  !> on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
   subroutine add_displacement_modes(problem, team, joined, snapshots, data, error, ierr)
@@ -73,7 +74,7 @@ contains
   end subroutine add_displacement_modes
 
   !> Sets in `modes` the terms of Young's modulus and Poisson's ratio of each material of a body, and the bulk and shear modulus of
-  !> each at mu_0, the middle of their ranges (part_moduli). Local.
+  !> each (part_moduli) at mu_0, where the variables of the interpolation are in the middle of their ranges. Local.
   subroutine take_materials(problem, joined, i_body, modes)
     type(problem_t), intent(in) :: problem
     !> its elastic constants are mu_0
@@ -100,7 +101,7 @@ contains
   subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
-    !> responses at mu_0, the middle of the ranges of the elastic constants
+    !> responses at mu_0, where the variables of the interpolation are in the middle of their ranges
     type(responses_t), intent(in) :: responses
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
@@ -152,9 +153,9 @@ contains
     end associate
   end subroutine move_all_dofs
 
-  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0, the middle of
-  !> the ranges of the elastic constants (with the modulus of mu_0, not with 1). Changes the stiffness of the team. Collective on
-  !> all ranks.
+  !> Computes K_q V and, in data%modes(:)%stiffness, V'K_q V of all bodies for each part K_q of the stiffness at mu_0, where the
+  !> variables of the interpolation are in the middle of their ranges. K_q has the modulus of mu_0, not the modulus 1. Changes the
+  !> stiffness of the team. Collective on all ranks.
   subroutine measure_parts(problem, team, joined, bases, forces, data, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -225,7 +226,7 @@ contains
   !> ranks.
   subroutine measure_modes(team, responses, bases, forces, data, ierr)
     type(team_t), intent(inout) :: team
-    !> responses at mu_0, the middle of the ranges of the elastic constants; the stiffness of the team must be that of mu_0, too
+    !> responses at mu_0 (the variables of the interpolation in the middle of their ranges), as the stiffness of the team must be
     type(responses_t), intent(in) :: responses
     !> of find_bases
     type(columns_t), intent(in) :: bases(:)

@@ -19,6 +19,7 @@ module sig_interpolated_training
   use sig_interpolation_residuals, only: measure_residuals
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
+  use sig_parameter_space, only: format_point
   use sig_polynomial_nodes, only: most_variables, number_of_polynomials
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
@@ -32,7 +33,7 @@ module sig_interpolated_training
   private
   public :: any_variable, interpolate_fallback, interpolate_responses, train_interpolated, usual_nodes_of
 
-  !> [-] the measured error must be below this fraction of the tolerance, because other points can have larger errors
+  !> [-] the measured error must be at most this fraction of the tolerance, because other points can have larger errors
   real(rk), parameter :: caution = 0.25_rk
   !> most nodes of a body; more would cost too much time
   integer, parameter :: most_nodes = 170
@@ -80,7 +81,7 @@ contains
         call measure_fields(problem, snapshots, reduced)
       end if
     end associate
-    call log_nodes(constants, reduced)
+    call log_nodes(constants, reduced, error_text(full_order%problem, snapshots, reduced))
     call move_alloc(reduced, part)
   end subroutine train_interpolated
 
@@ -118,7 +119,7 @@ contains
     is_good = .false.
     do while (.not. is_good)
       if (.not. has_room(joined%constants, i_round, n_most)) then
-        call refuse(problem, joined%constants, reduced, error)
+        call refuse(problem, joined%constants, solved, reduced, error)
         return
       end if
       call grow_nodes(joined%constants, i_round, reduced)
@@ -271,21 +272,23 @@ contains
 
   !> Makes the error that a body has more than most_variables variable constants; where none has, the error that the interpolation
   !> does not reach the tolerance.
-  subroutine refuse(problem, constants, data, error)
+  subroutine refuse(problem, constants, solved, data, error)
     type(problem_t), intent(in) :: problem
     type(body_constants_t), intent(in) :: constants(:)
+    !> points at which the errors in `data` were measured
+    type(training_set_t), intent(in) :: solved
     class(interpolated_data_t), intent(in) :: data
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: bodies, hint
+    character(:), allocatable :: bodies
     integer :: i
 
     bodies = ''
-    hint = 'let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance'
     do i = 1, size(constants)
       if (size(constants(i)%numerators) > most_variables) then
         call make_error(error, 'body ' // constants(i)%name // ' has ' // counted(size(constants(i)%numerators), 'elastic ' // &
           'constant') // ' that vary; at most ' // to_text(most_variables) // ' can be interpolated', problem%deck%path, &
-          hint=hint, exit_code=exit_not_converged)
+          hint='let fewer constants of this body depend on the parameters, or let its moduli share one factor', &
+          exit_code=exit_not_converged)
         return
       end if
       if (size(constants(i)%numerators) > 0) bodies = bodies // '; body ' // constants(i)%name // ' is interpolated over ' // &
@@ -293,17 +296,41 @@ contains
     end do
     associate (reduction => problem%deck%reduction)
       call make_error(error, 'interpolation over the elastic constants needs more nodes than a body may have: after ' // &
-        counted(data%n_factorizations, 'factorization') // ' the contact forces have relative errors of up to ' // &
-        short_number(data%measured_error) // ' at the training points; these errors, and their estimates at other points, ' // &
-        'must be at most a quarter of reduction.stiffness_tolerance (' // to_text(reduction%stiffness_tolerance) // ')' // bodies, &
-        problem%deck%path, hint=hint, exit_code=exit_not_converged)
+        counted(data%n_factorizations, 'factorization') // ' ' // error_text(problem, solved, data) // '; the relative errors ' // &
+        'at all training points, and their estimates at other points, must be at most a quarter of ' // &
+        'reduction.stiffness_tolerance (' // to_text(reduction%stiffness_tolerance) // ')' // bodies, problem%deck%path, &
+        hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &
+        exit_code=exit_not_converged)
     end associate
   end subroutine refuse
 
-  !> Writes to the log how the constants are interpolated, and the measured error.
-  subroutine log_nodes(constants, data)
+  !> Returns a sentence without a full stop: the largest relative error of the contact forces at the training points, or a training
+  !> point at which the model has no answer.
+  function error_text(problem, solved, data) result(text)
+    type(problem_t), intent(in) :: problem
+    !> the training points
+    type(training_set_t), intent(in) :: solved
+    !> measured_error and worst_point must be set for `solved`; worst_point is 0 as long as no error is measured
+    class(interpolated_data_t), intent(in) :: data
+    character(:), allocatable :: text
+
+    if (data%worst_point == 0) then
+      text = 'no error of the contact forces at the training points is known'
+    else if (data%measured_error < huge(data%measured_error)) then
+      text = 'the contact forces have relative errors of up to ' // short_number(data%measured_error) // ' at the training points'
+    else
+      text = 'the model has no answer at the training point ' // &
+        format_point(problem%deck%parameters, solved%parameters(:, data%worst_point))
+    end if
+  end function error_text
+
+  !> Writes to the log how the constants are interpolated, the measured error, and, where answers have no bound of their error, how
+  !> to get one.
+  subroutine log_nodes(constants, data, measured)
     type(body_constants_t), intent(in) :: constants(:)
     class(interpolated_data_t), intent(in) :: data
+    !> result of error_text
+    character(*), intent(in) :: measured
     integer :: i
 
     do i = 1, size(constants)
@@ -316,8 +343,7 @@ contains
           counted(data%bodies(i)%nodes%n_nodes(), 'node'))
       end if
     end do
-    call log_info(counted(data%n_factorizations, 'factorization') // '; largest relative error of the contact forces at the ' // &
-      'training points: ' // short_number(data%measured_error))
+    call log_info(counted(data%n_factorizations, 'factorization') // '; ' // measured)
     if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
       'points is an estimate. For a bound, at most one constant of each body may vary: either the ratio of two ' // &
       'of its moduli, by a factor of at most about 9; or, if the body has one material, Poisson''s ratio nu, so that 1 - 2 nu ' // &

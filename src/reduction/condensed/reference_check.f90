@@ -14,15 +14,15 @@ module sig_reference_check
   private
   public :: drop_inaccurate_references
 
-  !> [-] largest relative error of contact forces with which transforms are kept. A transform is a matrix of the size of W without
-  !> exchange of rows: where a part is much softer than the contacts, it loses all digits.
+  !> [-] largest relative error of contact forces with which transforms are kept. A transform is computed from W without exchange of
+  !> rows: where a part is much softer than the contacts, it loses all digits.
   real(rk), parameter :: accepted_error = 1.0e-7_rk
 
 contains
 
-  !> Removes the references and transforms, so that all queries solve the problem with W, if the answers at the training points
-  !> differ from the full-order contact forces by more than accepted_error. Then it writes a note to the log. Local, with the same
-  !> result on each rank. Requires: start_sets, and what choose_references sets.
+  !> Removes the references and transforms, so that all queries solve the problem with W, if the answer at a training point differs
+  !> from the full-order contact forces by more than accepted_error, or if a training point has no answer. Then it writes a note to
+  !> the log. Local, with the same result on each rank. Requires: start_sets, and what choose_references sets.
   subroutine drop_inaccurate_references(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -33,8 +33,13 @@ contains
     call reduced%transform_openings()
     error = largest_error(problem, snapshots, reduced)
     if (error <= accepted_error) return
-    call log_info('queries solve for all contacts: with the solutions of training points as references, the contact forces ' // &
-      'would have relative errors of up to ' // short_number(error))
+    if (error < huge(error)) then
+      call log_info('queries solve for all contacts: with the solutions of training points as references, the contact forces ' // &
+        'would have relative errors of up to ' // short_number(error))
+    else
+      call log_info('queries solve for all contacts: with the solutions of training points as references, a training point ' // &
+        'would have no answer')
+    end if
     reduced%reference_points = [integer ::]
     reduced%reference_of_point = [integer ::]
     reduced%transforms = reduced%transforms(:, :0)

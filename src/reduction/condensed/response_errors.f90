@@ -23,7 +23,7 @@ module sig_response_errors
 
   !> Points in the box of the parameters, and the contact forces of the last round there.
   type :: probes_t
-    !> [-] estimated relative error of the contact forces of the last round; huge before there are two rounds
+    !> [-] estimated relative error of the contact forces of the last round; huge where there is no estimate (compare)
     real(rk) :: error = huge(1.0_rk)
     !> values of the terms, shape (n_terms, n_probes), and the nearest training point, shape (n_probes)
     real(rk), allocatable, private :: theta(:, :)
@@ -39,16 +39,16 @@ module sig_response_errors
   end type probes_t
 
   integer, parameter :: n_probes = 200
-  !> [-] least factor by which the error is taken to become smaller in a round; a smaller one means that training points lie on
-  !> nodes
+  !> [-] least factor by which the error is taken to become smaller in a round. A smaller measured factor means that training points
+  !> are at interpolation nodes.
   real(rk), parameter :: fastest = 0.05_rk
 
 contains
 
   !> Sets in `reduced` measured_error and worst_point, the largest relative error of the contact forces at the training points and
   !> the number of this point, and largest_size, the largest norm of the full-order forces in the norm of W. Errors are Euclidean
-  !> norms relative to the norm of the full-order forces, but at least to 1e-3 of the largest such norm (comparable_size). Without
-  !> an answer the error is very large. Local.
+  !> norms relative to the norm of the full-order forces, but at least to 1e-3 of the largest such norm (comparable_size). The error
+  !> is huge(1.0_rk) where a point has no answer. Local.
   subroutine measure_responses(problem, snapshots, reduced)
     type(problem_t), intent(in) :: problem
     !> points with full-order contact forces; their displacements are not used
@@ -160,9 +160,9 @@ contains
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
   !> change times the factor by which measured_error of `reduced` became smaller (taken as at least 0.05 and at most 1). A change is
-  !> relative to the norm of the new forces, but at least to 1e-3 of the largest such norm. The estimate is huge in the first round.
-  !> Probes without an answer in this round or in the last one do not count; if none counts in a later round, it is 0. Requires:
-  !> measure_responses of the same round.
+  !> relative to the norm of the new forces, but at least to 1e-3 of the largest such norm. The estimate is huge in the first round,
+  !> and where a training point had no answer in the round before. Probes without an answer in this round or in the round before do
+  !> not count; the largest change is 0 if none counts. Requires: measure_responses of the same round.
   subroutine compare(self, reduced)
     class(probes_t), intent(inout) :: self
     type(reduced_interpolated_t), intent(in) :: reduced

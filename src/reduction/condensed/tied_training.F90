@@ -112,7 +112,7 @@ contains
       n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
     end do
     reason = 'with unknowns only at contacts that change it still takes ' // to_text(ceiling(least)) // &
-      ' MB, also in clusters of the training points'
+      ' MB, also if the training points are divided into clusters'
   end subroutine divide
 
   !> Returns the status of each contact row in a cluster: closed at all of its points, open at all of them, or changing. Rows within
@@ -176,7 +176,7 @@ contains
     associate (cluster => data%clusters(i))
       call log_info('cluster ' // to_text(i) // ': ' // counted(count(cluster%status == row_changing), 'contact') // &
         ' may change, ' // to_text(count(cluster%status == row_closed)) // ' stay closed, ' // &
-        to_text(count(cluster%status == row_open)) // ' open')
+        to_text(count(cluster%status == row_open)) // ' stay open')
       PetscCall(full_order%ready_team(team, ierr))
       PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, response, ierr))
       if (response%reason /= reason_converged) then

@@ -207,8 +207,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (cluster%n_modes > 0) return
-    call make_error(error, 'the reduced model has no unknowns: the prescribed displacements fix its POD modes, ' // &
-      to_text(cluster%n_pod_modes + cluster%n_extra_modes) // ' in number', problem%deck%path, &
+    call make_error(error, 'the reduced model has no unknowns: the prescribed displacements fix all its POD modes (' // &
+      to_text(cluster%n_pod_modes + cluster%n_extra_modes) // ')', problem%deck%path, &
       hint='take reduction.dirichlet: elastic_lifting, more modes (a smaller reduction.pod_tolerance, or a larger ' // &
       'n_modes), or more training points')
   end subroutine need_unknowns

@@ -63,7 +63,7 @@ contains
   !> Without a closed row the reduced problem has no contact forces, and nothing in its answer shows the error. Without auto in
   !> reduction.zones_of_interest, rows are added only to a domain without any contact row. The rows are those of missing_rows. Where
   !> no contact is closed in any snapshot and the domain has no contact row, the row with the smallest opening of each snapshot is
-  !> added: the answer without contact forces is right until one of them closes.
+  !> added, because contact is expected to begin there.
   function lacking_rows(problem, snapshots, contact_values, domain) result(rows)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots

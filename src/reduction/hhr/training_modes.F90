@@ -77,9 +77,9 @@ contains
     end if
   end function terms_at
 
-  !> Sets modes%n_domain to reduction.n_modes, or by pod_tolerance if the deck has none, and modes%n_extra to the modes beyond them
-  !> that extended_pod_tolerance asks for, or to extra_modes if the deck has no extended_pod_tolerance. Source: section 3.4. Errors:
-  !> both together are more than the modes above rounding.
+  !> Sets modes%n_domain to reduction.n_modes, or, if the deck has no n_modes, to the number that pod_tolerance asks for. Sets
+  !> modes%n_extra to the number of further modes that extended_pod_tolerance asks for, or, if the deck has none, to extra_modes.
+  !> Source: section 3.4. Errors: both together are more than the modes above rounding.
   subroutine count_modes(reduction, path, modes, error)
     type(reduction_config_t), intent(in) :: reduction
     character(*), intent(in) :: path
@@ -111,7 +111,7 @@ contains
 
     PetscCall(snapshot_lengths(snapshots, comm, lengths, ierr))
     if (.not. any(lengths > 0)) then
-      call make_error(error, 'all snapshots are zero: no training point loads the bodies', path, &
+      call make_error(error, 'all snapshots of a cluster are zero: none of its training points loads the bodies', path, &
         hint='take training points with loads, displacements, imposed strains or overlaps that are not zero')
     else if (any(snapshots%forces() > 0)) then
       call make_error(error, 'the contact forces at the training points cause no displacement above rounding', path, &

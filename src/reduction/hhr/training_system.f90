@@ -31,8 +31,8 @@ contains
   !> what tells whether the reduced problem is solvable: kappa and the rank of (11), the rank and condition number of K_r, the
   !> anchors, the warnings.
   !>
-  !> Errors: the modes do not take the prescribed displacements; the equations of the domain do not determine all modes; the mesh
-  !> lacks a loaded boundary.
+  !> Errors: the modes miss the prescribed displacements (split_prescribed); the equations of the domain do not determine all modes;
+  !> the mesh lacks a loaded boundary.
   subroutine build_system(problem, snapshots, domain, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -210,7 +210,7 @@ contains
   end subroutine keep_blocks
 
   !> Sets basis and lifting of the displacement = lifting * theta + basis * gamma, for both values of reduction.dirichlet. Errors:
-  !> the modes miss the prescribed displacements at moved_nodes by more than 1e-6 (prescribed_misfit).
+  !> the modes miss the prescribed displacements at moved_nodes by more than 1e-6 of the largest one (prescribed_misfit).
   subroutine split_prescribed(problem, snapshots, moved_nodes, modes, cluster, error)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
@@ -239,8 +239,8 @@ contains
       problem%deck%reduction%rank_tolerance, cluster%basis, cluster%lifting, rank)
     cluster%lifted_terms = [(i, i=1, size(cluster%lifting, 2))]
     misfit = prescribed_misfit(problem, snapshots, rows, cluster%lifting)
-    if (misfit > representable) call make_error(error, 'the modes miss the prescribed displacements by ' // &
-      to_text(misfit) // ' of their size', problem%deck%path, &
+    if (misfit > representable) call make_error(error, 'the modes miss the prescribed displacements by up to ' // &
+      to_text(misfit) // ' of the largest one', problem%deck%path, &
       hint='use reduction.dirichlet: elastic_lifting, or more modes (a smaller reduction.pod_tolerance, or a larger n_modes)')
   end subroutine split_prescribed
 

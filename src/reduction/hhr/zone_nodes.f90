@@ -84,8 +84,8 @@ contains
     call build_points(both_ends, parameters, points, error)
   end function corners
 
-  !> Whether each node carries a force of a load, body forces included, at one of the points. A point where a term has no finite
-  !> value does not count.
+  !> Whether a load, body forces included, has a force on each node that is not zero at one of the points. Forces of several terms
+  !> count even if their sum is zero. A point where a term has no finite value does not count.
   function has_load(problem, points) result(is_loaded)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)

@@ -2,8 +2,8 @@
 !> The candidates of clusters.target: points with full-order solutions, at which models are measured and from which new snapshots
 !> are taken.
 !>
-!> If the worst candidates become snapshots, the others look better than an average point. So a random half of the candidates is
-!> kept for measuring, and none of these becomes a snapshot.
+!> If the worst candidates become snapshots, the others look better than an average point. So, if the deck adds snapshots
+!> (clusters.refine), a random half of the candidates is kept for measuring, and none of these becomes a snapshot.
 module sig_candidate_pool
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_positive_inf, ieee_quiet_nan, ieee_value
   use sig_answer_errors, only: all_forces, compare_forces, comparison_t, displacement_squares, negligible_share, rid_forces
@@ -24,8 +24,8 @@ module sig_candidate_pool
 
   !> The errors of a model at all candidates.
   type :: pool_errors_t
-    !> [-] infinite where the cluster has no answer; NaN where nothing touches in either model, and at candidates that were not
-    !> measured; shape (n_candidates)
+    !> [-] infinite where the cluster has no answer or the error cannot be measured (measurable); NaN where nothing touches in
+    !> either model, and at candidates that were not measured; shape (n_candidates)
     real(rk), allocatable :: values(:)
     !> cluster that the model chooses, 0 at candidates that were not measured; shape (n_candidates)
     integer, allocatable :: cluster(:)

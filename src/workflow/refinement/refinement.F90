@@ -30,7 +30,7 @@ module sig_refinement
   private
   public :: refine, refinement_result_t
 
-  !> [-] a cluster may get more snapshots if its last ones reduced its error to at most this share; else it is split
+  !> [-] new snapshots of a cluster helped enough if its error is now at most this share of the one before
   real(rk), parameter :: clear_gain = 0.7_rk
 
   !> How a refinement went and ended.
@@ -202,13 +202,13 @@ contains
       if (is_done) call keep_round(problem%deck%clusters, trim(merge('split', 'add  ', is_split)), k, attempt, best, outcome)
     end do
     associate (config => problem%deck%clusters)
-      call end_with(config, 'no cluster can be split within max_number ' // to_text(config%max_number) // &
-        ' and min_snapshots, or get more candidates within max_points ' // to_text(config%refine%max_points), outcome)
+      call end_with(config, 'no cluster can be split (max_number ' // to_text(config%max_number) // ', min_snapshots) or get ' // &
+        'more candidates (max_points ' // to_text(config%refine%max_points) // '), unless its training failed', outcome)
     end associate
   end subroutine grow
 
   !> Chooses the cluster k that grows or is split next: of those that can, the one whose errors at its open candidates have the
-  !> largest statistic (clusters.target.statistic: p95, median or max); k = 0: none. A cluster can grow if an open candidate
+  !> largest statistic (clusters.target.statistic: p95, median or max); k = 0: none. A cluster can grow if an open candidate of it
   !> has an error above 0, max_points is not reached, and its last growth could be trained. It can be split if max_number is not
   !> reached and no split of it has failed. It is split if it can be, and its last growth did not help enough or it cannot grow.
   pure subroutine choose_step(config, attempt, n_added, prospects, k, is_split)
@@ -385,7 +385,7 @@ contains
       config%target%measure // ' is ' // three_digits(outcome%error)
     if (outcome%rounds(outcome%best_round + 1)%errors%n_values == 0) then
       outcome%ending = 'the model is that of round ' // to_text(outcome%best_round) // ': ' // config%target%measure // &
-        ' cannot be measured, because no candidate has contact forces'
+        ' cannot be measured, because no candidate that measures has contact forces'
       return
     end if
     associate (failed => outcome%rounds(outcome%best_round + 1)%n_failed)

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Solves training points that have many different stiffnesses by the elastic responses of the bodies, without a factorization for
-!> each point.
+!> Solves points of a sampling that have many different stiffnesses by the elastic responses of the bodies, without a factorization
+!> for each point.
 !>
 !> This is exact if all Young's moduli of each body scale together and no Poisson's ratio varies. Otherwise the responses are
 !> interpolated over the elastic constants; the deck must allow this. Some points are solved first with their own stiffness. They
@@ -41,7 +41,7 @@ module sig_sampled_responses
     !> the responses are there, so that `solve` may be called
     logical :: is_ready = .false.
     !> points that are solved first, shape (n_parameters, n_first), and [force] their contact forces, shape (n_multipliers,
-    !> n_first); before `create` those of this rank's group only
+    !> n_first); before `create` only the leader of the group that solved a point has its forces, other ranks have 0
     real(rk), allocatable, private :: points(:, :)
     real(rk), allocatable, private :: forces(:, :)
     logical, allocatable, private :: is_solved(:)
@@ -133,7 +133,7 @@ contains
     end associate
   end function may_condense
 
-  !> Returns why the responses are impossible, need too much memory or save no time; empty if they do none of this.
+  !> Returns why the responses are impossible, need too much memory or save no time; empty if none of these reasons holds.
   function why_not(problem, constants, n_most, n_ranks) result(reason)
     type(problem_t), intent(in) :: problem
     !> elastic constants of each body, from find_body_constants
@@ -248,7 +248,7 @@ contains
         'constants (' // counted(self%n_factorizations(), 'factorization') // &
         '); their relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
     else
-      call log_info('solver: condensed: the moduli of each body scale together, so one factorization gives all other points; ' // &
+      call log_info('solver: condensed: the moduli of each body scale together, so one factorization serves all other points; ' // &
         'compared with ' // text // ', the relative error is at most ' // short_number(self%reduced%measured_error))
     end if
   end subroutine tell

@@ -34,17 +34,17 @@ module sig_sampling
   type :: sampling_result_t
     !> number of points that were wanted
     integer :: n_points = 0
-    !> points whose solutions were on disk already
+    !> points whose converged solutions were on disk already
     integer :: n_found = 0
     !> points that this run tried and that did not converge
     integer :: n_failed = 0
-    !> a signal ended the run before all points were done
+    !> a signal came: some points may be left to do, and the shards are not merged
     logical :: is_stopped = .false.
     !> [rad] largest rotation of a body that only contact holds, over the points that this run solved
     real(rk) :: rotation = 0
     !> [-] largest deformation of a body over the same points
     real(rk) :: deformation = 0
-    !> how often all groups together assembled and factored a stiffness
+    !> how often all groups together assembled and factored a stiffness since the team got its solver
     integer :: n_stiffnesses = 0
   end type sampling_result_t
 
@@ -52,10 +52,10 @@ module sig_sampling
   type :: sampler_t
     type(problem_t), pointer :: problem => null()
     type(team_t), pointer :: team => null()
-    !> solve points without a stiffness of their own
+    !> responses of the bodies, by which points are solved without a factorization for each stiffness
     type(sampled_responses_t), private :: responses
     type(progress_t), private :: progress
-    !> number of points that were solved before the present ones
+    !> number of points that the call of solve_points has finished before the present call of solve_some
     integer, private :: n_before = 0
   contains
     procedure :: create
@@ -140,7 +140,7 @@ contains
     type(store_t), intent(in) :: store
     !> all, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> numbers of the points that are solved, 1-based
+    !> numbers of the points to solve, 1-based
     integer, intent(in) :: to_do(:)
     !> number of dofs of which the store keeps displacements: all or 0
     integer, intent(in) :: n_stored
@@ -172,7 +172,7 @@ contains
     !> nothing will be merged, because of an error or a signal
     logical, intent(in) :: is_failed
     type(snapshot_buffer_t), intent(inout) :: buffer
-    !> the earlier one is kept
+    !> if there is an error already, it stays
     type(error_t), allocatable, intent(inout) :: error
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: close_error
@@ -195,7 +195,7 @@ contains
     !> number of dofs whose displacements are kept: all or 0
     integer, intent(in) :: n_stored
     type(snapshot_buffer_t), intent(inout) :: buffer
-    !> n_failed and is_stopped are those of this group
+    !> n_failed, rotation, deformation and is_stopped are those of this group
     type(sampling_result_t), intent(inout) :: outcome
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -226,7 +226,7 @@ contains
       PetscCall(solve_some(self, points, rest, n_stored, buffer, outcome, error, ierr))
     end if
     call self%progress%finish()
-    ! the other groups may not end in time
+    ! this process may be ended by force while it waits for the other groups
     if (outcome%is_stopped .and. self%team%groups%is_leader() .and. .not. allocated(error)) call buffer%flush(error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
   end subroutine solve_points
@@ -251,7 +251,7 @@ contains
     type(sampler_t), intent(inout) :: self
     !> all that are left to do, shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
-    !> numbers of the points that are solved, 1-based
+    !> numbers of the points to solve, 1-based
     integer, intent(in) :: numbers(:)
     !> number of dofs whose displacements are kept: all or 0
     integer, intent(in) :: n_stored
@@ -272,7 +272,7 @@ contains
       associate (places => own%points(first:last))
         PetscCall(solve_batch(self, points(:, numbers(places)), places, n_stored, buffer, outcome, error, ierr))
       end associate
-      ! responses need no solver, which then reads no options
+      ! responses may solve all points without the solver, which then has not read its options
       if (i == 1 .and. .not. (self%responses%is_ready .or. allocated(error))) then
         PetscCall(refuse_unused_options(self%problem%plan%type, error, ierr))
       end if

@@ -242,7 +242,7 @@ contains
   end function lacks_displacements
 
   !> Reads the solutions at the given points from the merged file, in their order, with all dofs that the file has; the file may
-  !> hold more points. Those that did not converge are included, by their reason. Local.
+  !> have more points. Those that did not converge are included, by their reason. Local.
   !>
   !> Errors: the file cannot be read, or is of another deck or mesh.
   subroutine read_store(problem, store, points, set, is_missing, error)
@@ -323,7 +323,7 @@ contains
     reported = store
     reported%is_reported = .true.
     if (n_stored == 0) then
-      ! nobody asks for it
+      ! a store without displacements needs no elastic responses
       allocate (response(n_stored, 0))
     else if (team%groups%i_group == 1) then
       PetscCall(team%solver%lifting(problem, response, reason, ierr))

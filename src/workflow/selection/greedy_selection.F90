@@ -77,7 +77,7 @@ contains
       call note_other_kind(full_order%problem)
       PetscCall(select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr))
     else
-      ! once the candidates are solved, to choose anew takes no time
+      ! once the candidates are solved, to choose again takes little time
       call selection%shorten(0)
       PetscCall(sampler%create(full_order, size(candidates, 2), ierr))
       PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))

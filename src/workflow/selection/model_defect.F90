@@ -36,7 +36,7 @@ module sig_model_defect
 
   !> Call create once; then measure for each model.
   type :: model_defect_t
-    !> the full-order model is condensed, and contact_error_bound takes it: the defect is a bound of the energy error
+    !> the full-order model is condensed, and its W is valid for contact_error_bound: the defect is a bound of the energy error
     logical :: is_bound = .false.
     !> these belong to the full order; `condensed` is null if the full-order model is not condensed
     type(contact_system_t), pointer, private :: system => null()
@@ -60,7 +60,7 @@ module sig_model_defect
     procedure, private :: energy_norm
   end type model_defect_t
 
-  !> points whose residuals are measured at a time
+  !> largest number of points whose residuals are measured at a time
   integer, parameter :: chunk = 64
   !> [-] the energy norm by which errors are divided is at least this share of sqrt(|K|) |u|, because u' K u of a rigid motion is
   !> only rounding
@@ -83,7 +83,7 @@ contains
     self%problem => problem
     self%solver => solver
     self%system => solver%system
-    ! one W for all points
+    ! the bound needs one W for all points
     if (.not. problem%has_fixed_stiffness) return
     ! with anchors the unknowns of W are not the multipliers alone
     if (.not. problem%plan%may_factor .or. self%system%motions%n_free > 0) return
@@ -128,7 +128,7 @@ contains
         PetscCall(measure_residuals(self%system, online, query, points(:, first:last), defects(first:last), ierr))
       end do
     end if
-    ! an answer without a number is none
+    ! an answer whose defect is not a number counts as no answer
     where (ieee_is_nan(defects)) defects = ieee_value(1.0_rk, ieee_positive_inf)
   end subroutine measure
 

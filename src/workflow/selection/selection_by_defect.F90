@@ -91,7 +91,7 @@ contains
     end if
   end subroutine select_by_defect
 
-  !> Returns why the defect is no bound, as the beginning of a sentence. If the stiffness is fixed, it names all possible reasons
+  !> Returns why the defect is no bound, as the words behind `because`. If the stiffness is fixed, it names all possible reasons
   !> without telling which one holds.
   pure function why_no_bound(problem) result(reason)
     type(problem_t), intent(in) :: problem
@@ -103,7 +103,7 @@ contains
   end function why_no_bound
 
   !> Appends greedy.initial candidates that are far from each other (farthest_points) to the selection, with NaN as indicators.
-  !> Requires: there are as many candidates.
+  !> Requires: there are at least as many candidates.
   subroutine begin_far_apart(problem, candidates, selection)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_candidates)
@@ -122,8 +122,8 @@ contains
   subroutine solve_new_points(rounds, folder, outcome, selection, error, ierr)
     type(rounds_t), intent(inout) :: rounds
     character(*), intent(in) :: folder
-    !> n_points, n_failed, n_stiffnesses and is_stopped become those of this round; n_found stays that of the first round, and
-    !> rotation and deformation become the largest of all rounds
+    !> n_points becomes the number of selected points so far; n_failed and is_stopped become those of this round; n_found stays that
+    !> of the first round; rotation and deformation become the largest of all rounds; n_stiffnesses as solve_missing returns it
     type(sampling_result_t), intent(inout) :: outcome
     type(selection_t), intent(inout) :: selection
     type(error_t), allocatable, intent(out) :: error

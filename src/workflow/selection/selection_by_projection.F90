@@ -3,8 +3,9 @@
 !> Greedy selection among solved candidates: the next point is the one whose solution is approximated worst by the solutions chosen
 !> so far.
 !>
-!> The error of a candidate is the distance of its field (u, or what contact adds to the elastic response, as for the POD) from the
-!> span of the chosen fields, relative to |u|. Without hat functions no model of the chosen points has a smaller error (17) there.
+!> Each candidate has a field as for the POD: its displacement u minus the response without contact, or, with `dirichlet:
+!> multiplier`, the whole u. The error of a candidate is the distance of its field from the span of the chosen fields, relative to
+!> |u|. No hyper-reduced model of the chosen points has a smaller error (17) there, unless it has hat functions.
 module sig_selection_by_projection
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use mpi, only: MPI_Comm_rank
@@ -60,7 +61,8 @@ contains
     PetscCall(keep_selection(sampler%problem, folder, selection, rank == 0, error, ierr))
   end subroutine select_by_projection
 
-  !> Selects points among the solved candidates and writes snapshots.h5: their solutions first, then the others that the file had.
+  !> Selects points among the solved candidates and writes snapshots.h5: first the solutions of the selected points, then the other
+  !> solutions that the file had.
   !> Local: one rank calls it. Errors: `choose` finds no point; those of read_store and write_merged.
   subroutine choose_from_pool(problem, folder, candidates, selection, error)
     type(problem_t), intent(in) :: problem
@@ -80,18 +82,18 @@ contains
     call vectors_to_represent(problem, pool, vectors)
     call choose(problem, pool%parameters, vectors, selection, chosen)
     if (size(chosen) == 0) then
-      call make_error(error, 'no candidate has a full-order solution in which contact forces move the bodies by more than ' // &
-        'rounding or training.greedy.tolerance', problem%deck%path, problem%deck%training%line, &
-        problem%deck%training%column, exit_code=exit_not_converged)
+      call make_error(error, 'no candidate has a full-order solution with a displacement (unless reduction.dirichlet is ' // &
+        'multiplier: a displacement by contact forces) above rounding and training.greedy.tolerance', problem%deck%path, &
+        problem%deck%training%line, problem%deck%training%column, exit_code=exit_not_converged)
       return
     end if
     records = records_of_set(columns_of(pool, chosen))
     call write_merged(problem, store_t(folder, snapshot_store), selection%points, records, pool%free_response, error)
   end subroutine choose_from_pool
 
-  !> Computes the field of each candidate that the fields of the chosen ones have to represent (contact_part), divided by the
-  !> Euclidean norm of the candidate's displacement. The field is zero if the candidate has no solution, or if its displacement is
-  !> only rounding beside the largest one of all candidates. Local.
+  !> Computes one vector per candidate. It is the field that the POD would get (contact_part): the displacement minus the response
+  !> without contact, or, with `dirichlet: multiplier`, the whole displacement. It is divided by the Euclidean norm of the whole
+  !> displacement. It is zero if the candidate has no solution, or if its displacement is at most 1e-10 of the largest one. Local.
   subroutine vectors_to_represent(problem, pool, vectors)
     type(problem_t), intent(in) :: problem
     !> solutions with all dofs

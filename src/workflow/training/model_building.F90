@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Builds the model of a deck: trains it once or refines it to a target error, and adds the fallback, the active sets from which
-!> queries start, and the certificates.
+!> Builds the model of a deck: trains it once or refines it to a target error. A hyper-reduced model also gets, where possible, the
+!> fallback, the active sets from which queries start, and the certificates.
 module sig_model_building
   use sig_condensed_plan, only: choose_model_kind
   use sig_condensed_training, only: condense_fallback, train_condensed
@@ -48,9 +48,7 @@ contains
   !> and if certificate.max_error is not 0, add_certificates adds data for bounds of errors if the stiffness is fixed; else a
   !> warning says that answers have no bound.
   !>
-  !> Errors: no training point has a solution; the deck asks for a condensed model, and none is possible; the stiffness could not be
-  !> factored; an elastic constant is out of its range somewhere in the box of the parameters; candidates of clusters.target are not
-  !> solved yet; those of build_exact, complete_lifting, train and refine.
+  !> Errors: those of build_exact, complete_lifting, read_candidates, build_fallback, train and refine.
   subroutine build_model(full_order, folder, snapshots, model, refinement, error, ierr)
     !> loaded problem of the deck
     type(full_order_t), intent(inout) :: full_order
@@ -78,7 +76,7 @@ contains
     if (full_order%problem%deck%clusters%target%is_used) then
       PetscCall(read_candidates(full_order%problem, store_in(folder, candidate_store), candidates, error, ierr))
       if (allocated(error)) return
-      ! its queries need it
+      ! refine asks models, which may need the fallback for an answer
       PetscCall(build_fallback(full_order, snapshots, .false., fallback, error, ierr))
       if (allocated(error)) return
       PetscCall(refine(full_order%problem, snapshots, candidates, fallback, model, refinement, error, ierr))
@@ -86,7 +84,7 @@ contains
     else
       PetscCall(train(full_order%problem, snapshots, model, error, ierr))
       if (allocated(error)) return
-      ! the operator wants room, too
+      ! frees memory for the matrices of the fallback
       deallocate (snapshots%displacement)
       allocate (snapshots%displacement(0, size(snapshots%reasons)))
       PetscCall(build_fallback(full_order, snapshots, .true., fallback, error, ierr))
@@ -106,9 +104,9 @@ contains
     end if
   end subroutine build_model
 
-  !> Says in the log why the answers of a hyper-reduced model will have no bound of their error: the deck wants none; or the model
-  !> has a fallback, but this cannot bound foreign forces (certify_foreign in sig_reduced_interpolated). The training of the parts
-  !> tells other reasons.
+  !> Says in the log why the answers of a hyper-reduced model will have no bound of their error: the deck wants none; the model has
+  !> a fallback, but this cannot bound foreign forces (certify_foreign in sig_reduced_interpolated); or the stiffness is fixed,
+  !> there is no fallback, and reduction.max_full_order_size is 0. The training of the parts tells other reasons.
   subroutine say_why_no_bound(problem, model)
     type(problem_t), intent(in) :: problem
     !> with the fallback, if there is one, and max_error
@@ -225,7 +223,7 @@ contains
       else
         call log_info('hyper-reduction (reduction.method: auto): ' // reason)
         if (deck%reduction%displacement%type /= 'auto') call log_info( &
-          'reduction.displacement has no effect here: this model is hyper-reduced, and has displacements by modes at all nodes')
+          'reduction.displacement does not change the hyper-reduced clusters of this model, whose displacements come from modes')
       end if
     end associate
   end subroutine build_exact

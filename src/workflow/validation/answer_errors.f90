@@ -81,7 +81,7 @@ contains
     end associate
   end function compare_displacements
 
-  !> [force] Compares the contact forces for (18). Those outside of the reduced domain are reconstructed first.
+  !> [force] Compares the contact forces for (18). For all_forces, those outside of the reduced domain are reconstructed first.
   type(comparison_t) function compare_forces(which, online, answer, multipliers) result(comparison)
     !> rid_forces or all_forces
     integer, intent(in) :: which

@@ -50,14 +50,14 @@ module sig_validation
     real(rk), allocatable :: errors(:, :)
     !> kind of the model that answered
     character(:), allocatable :: model_kind
-    !> cluster that the model chooses; this and all that follows has shape (n_points)
+    !> cluster that the model chooses; this array and all arrays below have shape (n_points)
     integer, allocatable :: cluster(:)
     !> active pairs in the reduced domain of the model, and all active pairs of the full-order solution
     integer, allocatable :: n_active(:)
     integer, allocatable :: n_active_full_order(:)
     !> method of the answer; 0 = there is no answer
     integer, allocatable :: method(:)
-    !> number of different solutions that the query found from its two starts
+    !> number of solutions that the query found: 0 without an answer; 2 if the reduced problem has several
     integer, allocatable :: n_solutions(:)
     !> reason of the full-order solution
     integer, allocatable :: reason_full_order(:)

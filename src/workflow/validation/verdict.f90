@@ -91,7 +91,7 @@ contains
       if (outcome%method(i) == 0) then
         errors(i) = huge(errors)
       else if (.not. errors(i) >= 0) then
-        ! rid_error is NaN only without full-order forces in the domain
+        ! e_lambda_rid is NaN only without full-order forces in the domain
         is_open = outcome%n_active_full_order(i) == 0 .or. (i_error == i_rid .and. outcome%n_active(i) == 0)
         errors(i) = merge(0.0_rk, huge(errors), is_open)
       end if
@@ -101,7 +101,7 @@ contains
 
   !> Returns a table without a line end at its end: median, p95 and maximum of e_u, e_lambda_rid and e_lambda_all (by
   !> counted_errors) and of the bounds, where there are any; the number of points without an error_bound (if there are such points),
-  !> of points with a full-order solution but without an answer, and of those that the fallback answered.
+  !> of points with a full-order solution but without an answer, and of points that the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict

@@ -156,8 +156,8 @@ class Gradient:
     #: derivatives of the resultant moments, shape (n_parameters, n_entries, n_moments)
     moments: FloatArray
     #: derivatives of the displacement of the nodes that the query asked for (default: all), NaN at nodes without a
-    #: displacement, and at all nodes if the model has no derivative of the displacement of one of the others; shape
-    #: (n_parameters, n_nodes, n_dimensions)
+    #: displacement. If one node has a displacement but no derivative of it, all are NaN. Shape (n_parameters, n_nodes,
+    #: n_dimensions)
     displacement: FloatArray
     #: whether the derivatives towards larger and smaller values of a parameter differ. This happens where a contact
     #: touches without a force, or where an expression of the deck has a kink; shape (n_parameters)
@@ -187,7 +187,8 @@ class Answer:
     #: reduced coordinates of the local model `cluster` [length unit of the model], shape (n_modes), which may be (0);
     #: NaN if the full-order operator answered and they do not exist
     coordinates: FloatArray
-    #: solver that answered: active_set, block_pivoting, lemke, or condensed, which is the full-order operator
+    #: solver that answered: active_set, block_pivoting or lemke on the reduced integration domain, or condensed on all
+    #: contacts. `condensed` is the full-order operator of a hyper-reduced model, and the usual solver of other models
     method: str
     #: number of the local model that was chosen, from 0. If `method` is condensed, a hyper-reduced model has answered
     #: by its full-order operator in place of this local model
@@ -210,14 +211,14 @@ class Answer:
     #: the model cannot give one for this answer, 1.8e308 (the largest number) if the error may be of any size
     bound: float | None
     #: `bound` over the size of the forces, which counts as at least a thousandth of the largest size in training. If it
-    #: is at most 1e-12, the forces are exact
+    #: is at most 1e-12, the forces are exact. None as for `bound`, or if all forces are 0, here and in training
     relative_bound: float | None
     #: certificate: upper bound of the error of the displacement in the norm of the stiffness [sqrt(force * length)],
     #: without rigid motions of bodies that only contact holds; None if the model cannot give one for this answer,
     #: 1.8e308 as in `bound`
     displacement_bound: float | None
     #: `displacement_bound` over the size of the displacement, which counts as at least a thousandth of the largest size
-    #: in training
+    #: in training. None as for `displacement_bound`, or if all displacements are 0, here and in training
     relative_displacement_bound: float | None
     #: returns the derivatives towards larger (1) or smaller (-1) values of the parameters
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
@@ -228,9 +229,10 @@ class Answer:
         """Derivatives with respect to the parameters; if they are one-sided, those towards larger values.
 
         A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if it has no such operator
-        or if this has no answer at the point, if a load or an expression of the deck jumps at the point or has no value
-        beside it, or if the contact forces are not unique. The first access computes the derivatives; ValueError if the
-        model is closed then.
+        or if this has no answer at the point, if a load or an expression of the deck jumps at the point, has no finite
+        slope there or no value beside it, if the contact forces are not unique, or if contacts that touch without a
+        force leave no solution beside the point. The first access computes the derivatives; ValueError if the model is
+        closed then.
         """
         return self._differentiate(1)
 

@@ -13,7 +13,7 @@ class Answers:
     """The answers of a model at many points, one row per point.
 
     The arrays are copies: a later query does not change them. At points without an answer, real numbers are NaN,
-    except for points and distance.
+    except for points, distance, and the resultants of a contact of the deck that has only inert pairs, which are 0.
     """
 
     #: values of the parameters, shape (n_points, n_parameters)
@@ -42,7 +42,7 @@ class Answers:
     residual: FloatArray
     #: number of different solutions of the reduced problem that two starts of the solver found; 0 without an answer
     n_solutions: IntArray
-    #: certificates as in Answer, NaN if the model cannot give one for an answer
+    #: certificates as in Answer, but NaN where Answer has None, and at points without an answer
     bound: FloatArray
     relative_bound: FloatArray
     displacement_bound: FloatArray

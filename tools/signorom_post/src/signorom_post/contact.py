@@ -20,7 +20,7 @@ class ContactSide:
     weights: FloatArray
 
     def of(self, row: int) -> IntArray:
-        """Returns the nodes (from 0) of `row` (from 0) on this side; none on the second side if it is an obstacle."""
+        """Returns the nodes (from 0) of `row` (from 0) on this side; an obstacle, a second side, has none."""
         return self.nodes[self.starts[row] : self.starts[row + 1]]
 
 

@@ -30,4 +30,4 @@ def writing(what: str, place: Path) -> Iterator[None]:
 
 
 class MissingFileError(InputError):
-    """A file is missing. Figures that need it are left out, and this is not a failure of the command."""
+    """A file is missing. The command `figures` leaves out the figures that need it, and does not fail because of it."""

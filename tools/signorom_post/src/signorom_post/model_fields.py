@@ -46,9 +46,9 @@ def fields_of(
 ) -> Fields:
     """Returns the fields of the last answer in the context.
 
-    NoAnswerError if the model gives no fields, or if an elastic constant or imposed strain has no value at the point.
-    `sizes` are those of the model. `point` (name -> value) and `contact_area` (Resultants.areas) are the parameters and
-    the contact areas of this answer.
+    NoAnswerError if the model gives no fields, or if an elastic constant, an imposed strain or Hooke's matrix is not
+    finite at the point. `sizes` are those of the model. `point` (name -> value) and `contact_area` (Resultants.areas)
+    are the parameters and the contact areas of this answer.
     """
     n_cells, n_nodes, n_dimensions = _sizes(library, model)[0], sizes.n_nodes, sizes.n_dimensions
     displacement, contact_force = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))

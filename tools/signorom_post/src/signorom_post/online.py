@@ -47,7 +47,8 @@ class Model:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Opens a model file; ModelError if it is missing, damaged, no model, newer than the library, or cannot answer.
 
-        LibraryError if the library is missing or cannot be used. NotAcceptedWarning if the validation was not passed.
+        LibraryError if the library is missing or cannot be used. NotAcceptedWarning if the validation did not accept
+        the model.
         """
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))
@@ -231,8 +232,9 @@ class Model:
     def fields(self, **values: float) -> Fields:
         """Returns displacement, stresses and contact on the whole mesh at a point, a keyword per parameter.
 
-        NoAnswerError if the model has no answer, if an elastic constant or imposed strain has no value at the point, or
-        if the model gives no fields: it needs `reduction: {fields: true}` and displacements of all nodes. TypeError and
+        NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
+        finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
+        all nodes. TypeError and
         ValueError as for `query`; ExtrapolationWarning if the point lies outside of the trained box.
         """
         point = point_of(self.parameters, values)

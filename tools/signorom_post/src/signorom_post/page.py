@@ -48,7 +48,7 @@ ERRORS = {
     "e_energy_rid": "energy in the reduced integration domain [in the units of the deck]",
     "e_energy_relative": "energy, relative",
     "e_energy_rid_relative": "energy in the reduced integration domain, relative",
-    "error_bound": "bound of the contact forces (certificate)",
+    "error_bound": "bound of the error of the contact forces, relative (certificate)",
 }
 CAPTIONS = {
     "check_bodies": "Supports, loads and boundaries",

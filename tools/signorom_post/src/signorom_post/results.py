@@ -21,7 +21,7 @@ class Results:
     """
 
     def __init__(self, folder: Path) -> None:
-        """Takes the results in `folder`; InputError if there is no such folder."""
+        """Keeps the path of the results folder `folder`; InputError if there is no such folder."""
         if not folder.exists():
             raise InputError(folder, "there is no such folder")
         if not folder.is_dir():

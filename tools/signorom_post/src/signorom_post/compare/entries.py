@@ -24,7 +24,7 @@ class Entry:
 
     #: name of the results folder, or its whole path; `full order` or `full order, factored anew` for a solver
     name: str
-    #: kind of the model with the number of its clusters, or type of the full-order solver
+    #: kind of the model, with the number of its clusters if there are several; or type of the full-order solver
     kind: str
     #: number of unknowns: modes and hats of a reduced basis, dofs, or the contacts if only their forces are solved for.
     #: With clusters it is a range
@@ -95,7 +95,7 @@ def _check_same(results: Results, first: Results) -> None:
             results.folder,
             f"this is another problem than {first.folder} (provenance {provenance}, not {expected_provenance}): "
             "mesh, units, names of parameters, materials, loads, imposed strains, boundary conditions or contact "
-            "differ, and errors cannot be compared",
+            "differ, so the errors cannot be compared",
         )
     here, there = _validation(results), _validation(first)
     is_same = here.parameter_names == there.parameter_names and np.array_equal(
@@ -169,7 +169,10 @@ def _clusters(reduction: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def _statistics(errors: FloatArray) -> dict[str, float]:
-    """Returns median, 95th percentile and maximum; nan if there are no errors. Infinite errors never make one nan."""
+    """Returns median, 95th percentile and maximum, which are nan if there are no errors.
+
+    Infinite errors may make them infinite, but not nan.
+    """
     if len(errors) == 0:
         return {"median": np.nan, "p95": np.nan, "largest": np.nan}
     return {

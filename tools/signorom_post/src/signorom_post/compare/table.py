@@ -66,9 +66,9 @@ def explanation(study: Study, has_times: bool, n_query_points: int, seed: int) -
     infinite = any(entry.largest == math.inf for entry in study.models)
     sentences = [
         f"Errors {ERROR} at {study.n_points} test points with a full-order solution, against this solution.",
-        "A point without an answer counts as infinite"
-        + (", and so do forces where the full-order model has none." if infinite else "."),
-        "Unknowns: modes and hats of a reduced basis; of a condensed model its contacts.",
+        "The error at a point without an answer counts as infinite"
+        + (", and so does that of forces where the full-order model has none." if infinite else "."),
+        "Unknowns: modes and hats of a reduced basis; contacts if only their forces are solved for; dofs.",
     ]
     if has_times:
         sentences += [

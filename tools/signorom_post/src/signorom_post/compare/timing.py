@@ -20,7 +20,7 @@ def query_time(path: Path, n_points: int, seed: int) -> float:
     Each of several calls answers `n_points` random points in the trained box. The result is the median time of the
     calls divided by the number of points. Only the time of this thread counts, so that other work on the machine hardly
     changes it; the time of Python itself is small, because one call answers all points. LibraryError if the online
-    library cannot be used, ModelError if the model cannot. The verdict of the validation is not repeated.
+    library cannot be used, ModelError if the model cannot. It gives no NotAcceptedWarning.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NotAcceptedWarning)

@@ -29,9 +29,10 @@ NAME = re.compile(r"[A-Za-z0-9][\w.-]*")
 def run_variants(path: Path, output: Path, log: Log) -> list[Path]:
     """Runs the program for each model that the file `path` lists, and returns the folders of the models in its order.
 
-    The folder of a model has its name and lies in `output`. Snapshots that a folder already has are used again.
-    InputError if the file is wrong, if the program is not found, or if a run ends with another exit code than 0 and 3
-    (some points did not converge). OSError if a file cannot be read or written.
+    The folder of a model has its name and lies in `output`. If a folder already has snapshots, the run uses them again;
+    it fails if they belong to another problem. InputError if the file is wrong, if the program is not found, or if a
+    run ends with another exit code than 0 and 3 (some points did not converge). OSError if a file cannot be read or
+    written.
     """
     decks = read_variants(path)
     program = find_program()

@@ -25,12 +25,13 @@ MAP_LIMITS = {
     1.0: published.MapStatistics(0.015, None, 0.04),
 }
 KAPPA_REMARK = (
-    "with fewer modes than pairs (11) makes kappa infinite, the paper's too; these are ratios of the largest to the "
-    "smallest singular value that is not zero"
+    "with fewer modes than contact pairs, kappa by equation (11) is infinite, for the paper's sizes too; the numbers "
+    "are ratios of the largest to the smallest singular value that is not zero"
 )
 BORDER_REMARK = "the borders of the clusters, and with them all sizes, depend on ties between grid cells"
 MAP_REMARK = (
-    "the paper prints the map at kappa_max = 10 as a picture and none at 1; the limits are agreed ones"
+    "the paper shows the map at kappa_max = 10 only as a picture, and no map at 1; the limits are agreed ones, not the "
+    "paper's"
 )
 
 
@@ -47,7 +48,7 @@ def local_bases(study: Study) -> Results:
 
 
 def by_height(model: Model) -> list[Cluster]:
-    """Returns the clusters in descending order of the mean height of the load h1 over their snapshots."""
+    """Returns the clusters in descending order of h1, the height of the load, as mean over their snapshots."""
     return sorted(
         model.clusters, key=lambda cluster: -model.training_points[cluster.training_points, 1].mean()
     )

@@ -52,7 +52,8 @@ ENTRIES: dict[str, Entry] = {
 TITLE = "Case b of the paper"
 INTRODUCTION = (
     "Paper: S. Le Berre, I. Ramière, J. Fauque, D. Ryckelynck, Mathematics 10 (2022) 1495, section 5.2 (CC BY 4.0). "
-    "Ours: pressure on whole edges below the height, as in the paper; the last column: edges cut at the height."
+    "Column `ours`: the pressure acts on the edges that are below the height as a whole, as in the paper. Column "
+    "`ours, cut`: it also acts on the lower part of the edge that the height cuts."
 )
 
 

@@ -25,7 +25,7 @@ def count(value: float) -> str:
 
 
 def number(value: float) -> str:
-    """Returns the text of a number rounded to two significant digits; inf or nan."""
+    """Returns the text of a number rounded to two significant digits. Infinity and NaN become `inf` and `nan`."""
     return format_number(float(f"{value:.2g}"))
 
 
@@ -97,17 +97,17 @@ class Comparison:
 
 
 def exactly(value: float) -> tuple[float, float]:
-    """Returns limits that allow only the paper's number."""
+    """Returns limits that allow only `value`."""
     return value, value
 
 
 def about(value: float, margin: float) -> tuple[float, float]:
-    """Returns limits at a distance `margin` on both sides of the paper's number."""
+    """Returns limits at a distance `margin` below and above `value`."""
     return value - margin, value + margin
 
 
 def at_most(value: float, factor: float) -> tuple[float, float]:
-    """Returns limits for an error: from 0 to `factor` times the paper's error."""
+    """Returns limits for an error: from 0 to `factor` times `value`."""
     return 0.0, factor * value
 
 
@@ -156,9 +156,13 @@ def _notes(comparisons: Sequence[Comparison]) -> list[str]:
         "an agreed range."
     ]
     if not all(item.is_robust for item in comparisons):
-        notes.append("* depends on choices that the paper does not tell; a difference means little.")
+        notes.append(
+            "* marks a number that depends on choices that the paper does not give; differences mean little."
+        )
     if not all(item.is_published for item in comparisons):
-        notes.append("(...) is not a number of the paper; see the remark on it.")
+        notes.append(
+            "(...) marks a number that is not from the paper; the remark on it says where it is from."
+        )
     remarks: dict[str, list[str]] = {}
     for item in comparisons:
         if item.remark:

@@ -23,7 +23,8 @@ RANK_REMARK = (
 def figure_3(study: Study) -> Outcome:
     """Returns figure 3: errors of contact forces and of displacements over kappa, at the point of strong contact.
 
-    The domain has 34 pairs and the basis no extra modes. Its table also has the errors at the point of weak contact.
+    The reduced domain is the one that has 34 contact pairs in the paper, and the basis has no extra modes. The table of
+    the figure also has the errors at the point of weak contact.
     """
     history, rows = _series(study, 0)
     series = _error_series(history, rows, 0)
@@ -33,8 +34,8 @@ def figure_3(study: Study) -> Outcome:
 def figure_10(study: Study) -> Outcome:
     """Returns figure 10, its table and comparisons with the paper: errors of contact forces over basis size and kappa.
 
-    The figure shows the point of strong contact, with a curve without and a curve with extra POD modes. Its table also
-    has the errors at the point of weak contact.
+    The figure shows the point of strong contact, with a curve without and a curve with extra POD modes, on the same
+    reduced domain as figure 3. Its table also has the errors at the point of weak contact.
     """
     extras = (0, published.EXTRA_MODES)
     found = {extra: _series(study, extra) for extra in extras}

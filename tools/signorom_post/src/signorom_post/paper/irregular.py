@@ -19,14 +19,17 @@ from signorom_post.results import Results
 #: key of DOMAINS: without clusters, the paper takes the same dual tolerance as for its largest domain
 DOMAIN = 60
 REMARK = (
-    "the paper takes its snapshots by a greedy algorithm whose criterion and candidates it does not give; ours are "
+    "the paper chooses its snapshots by a greedy algorithm, but does not give its criterion and candidates; ours are "
     "others, so the numbers need not agree, and nothing was tuned"
 )
 NUMBER_REMARK = (
-    "whole edges make few different loads: where ours are fewer than the paper's, their combinations are all candidates "
-    f"to within rounding; {REMARK}"
+    "pressure on whole edges makes only few different loads; if we have fewer snapshots than the paper, every "
+    f"candidate is a combination of ours up to rounding; {REMARK}"
 )
-ORDER_REMARK = f"clusters in the order of the pairs in their domains, the paper's too; {REMARK}"
+ORDER_REMARK = (
+    "our clusters and the paper's are both numbered in ascending order of the number of contact pairs in their "
+    f"domains; {REMARK}"
+)
 
 
 def figure_19(study: Study) -> Outcome:

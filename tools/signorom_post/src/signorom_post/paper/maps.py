@@ -29,12 +29,18 @@ REFERENCE_REMARK = (
 
 
 def figure_11(study: Study) -> Outcome:
-    """Returns figure 11: maps of the errors of the contact forces with 34 pairs, without and with extra POD modes."""
+    """Returns figure 11: maps of the errors of the contact forces, without and with extra POD modes.
+
+    The reduced domain is the one that has 34 contact pairs in the paper.
+    """
     return _maps(study, "fig11", 34)
 
 
 def figure_13(study: Study) -> Outcome:
-    """Returns figure 13: maps of the errors of the contact forces with 60 pairs, without and with extra POD modes."""
+    """Returns figure 13: maps of the errors of the contact forces, without and with extra POD modes.
+
+    The reduced domain is the one that has 60 contact pairs in the paper.
+    """
     outcome = _maps(study, "fig13", 60)
     variant = Variant(60, published.MAX_CONDITION_NUMBER, n_map=study.n_map)
     history = history_of(study.runs.results([variant])[0])
@@ -57,8 +63,8 @@ def statistics(validation: Validation) -> published.MapStatistics:
     """Returns the statistics of the dual error on the reduced domain.
 
     These are the median, the 95 % quantile, and the share of points with an error above 10 %. Quantiles are errors of
-    points, without interpolation. Points whose error is nan do not count, and there must be others: at these points
-    neither model has a contact force in the domain, or the full-order model has no solution.
+    points, without interpolation. A point counts only if its error is not nan, and at least one point must count. The
+    error is nan where neither model has a contact force in the domain, or where the full-order model has no solution.
     """
     error = validation.columns["e_lambda_rid"]
     error = error[~np.isnan(error)]
@@ -136,7 +142,7 @@ def error_map_of(validation: Validation, title: str) -> ErrorMap:
 def map_table(results: Results, extra: int) -> list[Row]:
     """Returns one row per test point with errors, numbers of active contacts, and the solver.
 
-    `extra` is the number of extra modes of the model, which stands in each row.
+    `extra`, the number of extra modes of the model, is written into each row.
     """
     validation = results.validation
     names = ("e_u", "e_lambda_rid", "e_lambda_all", "n_active", "n_active_full_order")

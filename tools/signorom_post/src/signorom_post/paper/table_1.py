@@ -16,9 +16,9 @@ N_CLOSE, CLOSE, LOOSE = 15, 1.3, 2.0
 #: with more extra modes than this, primal errors depend on the rounding errors in the modes
 N_ROBUST_PRIMAL = 12
 PRIMAL_REMARK = (
-    "primal errors depend by factors on which body of each pair carries its hat function; both give the same kappa, "
-    "and the paper does not say which one it took (tests/reference/hat_bodies.py tries 200 random choices). With many "
-    "more modes a few of them are hardly determined: stiffness_condition in table1.csv"
+    "primal errors may change several times with the body of each pair that carries its hat function; both bodies give "
+    "the same kappa, and the paper does not say which one it took (tests/reference/hat_bodies.py tries 200 random "
+    "choices). With many extra modes a few of them are hardly determined: stiffness_condition in table1.csv"
 )
 POINTS = {"strong": STRONG, "weak": WEAK}
 

@@ -80,7 +80,7 @@ class Variant:
         return f"{self.load}/{'_'.join(parts)}"
 
     def deck(self, base: dict[str, Any], points_file: str, irregular_file: str) -> dict[str, Any]:
-        """Returns the deck of this variant, whose results lie beside it.
+        """Returns the deck of this variant. It puts the results into the folder of the deck.
 
         `base` is the deck of case b. `points_file`, the test points, counts only if `n_map` is None; `irregular_file`,
         the scattered training points, counts only if `training` is IRREGULAR. Both are paths from the deck.
@@ -123,7 +123,7 @@ class Variant:
 
 
 def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
-    """Returns a copy of a deck: with IRREGULAR_POINTS for `training` IRREGULAR, with its own points for GRID."""
+    """Returns a copy of a deck. If `training` is IRREGULAR, IRREGULAR_POINTS replace its training points."""
     deck = copy.deepcopy(deck)
     if training == IRREGULAR:
         deck["training"] = IRREGULAR_POINTS
@@ -133,7 +133,7 @@ def with_training(deck: dict[str, Any], training: str) -> dict[str, Any]:
 def with_load(base: dict[str, Any], load: str) -> dict[str, Any]:
     """Returns a copy of the deck of case b with this load, one of LOADS.
 
-    The copy's section `output` says only that the results lie beside the deck.
+    The copy's section `output` has only one key, which puts the results into the folder of the deck.
     """
     deck = copy.deepcopy(base)
     deck["loads"][0]["load"] = load

@@ -23,7 +23,8 @@ ARROW = 0.1
 #: shares of the longest arrow: on the outline of a body, an arrow longer than SMALL is stretched to at least SHORTEST,
 #: so that small loads are seen beside large ones; an arrow shorter than SMALL keeps its length
 SHORTEST, SMALL = 0.3, 0.01
-#: about the largest number of arrows in a figure: more would cover each other
+#: outer nodes have fewer than twice this number of arrows of one kind, and so have inner nodes: more would cover each
+#: other. Marks of supports are smaller if there are more marks than this
 MOST_ARROWS = 60
 #: matplotlib's markers of a prescribed component. In the plane they are carets that point along the component; in space
 #: they are dashes for x and y and a ring for z

@@ -19,7 +19,7 @@ from signorom_post.plots.surface import frame_surface, view
 from signorom_post.readers.check import LINK, SURFACE, CheckFile
 from signorom_post.style import BLUE, BODY, GRAY, INK, LIGHT_GRAY, ORANGE, SEQUENTIAL, VERMILLION, new_figure
 
-#: about the largest number of normals in a figure: more would cover each other
+#: a figure has fewer than twice this number of normals: more would cover each other
 MOST_NORMALS = 40
 #: length of normals in the plane, as a share of the size of the contact surfaces; in space normals are twice as long
 NORMAL = 0.07

@@ -22,9 +22,9 @@ def multipliers(fields: FieldFile, model: Model | None = None, names: tuple[str,
 
     Lines are full-order multipliers and markers are reduced ones. A filled marker is a contact in the RID, a pale one a
     reconstructed multiplier; it is left out where both multipliers are zero. The x axis is the coordinate along which
-    the surface that carries the forces is longest. If there are more than six points, six of them are drawn, spread
-    over the file; there must be one. `model` only gives the units of the parameters; `names` are the names of the axes
-    of the mesh.
+    the surface that carries the forces is longest. If there are more than six such points, six of them are drawn,
+    spread over the file; at least one must be there. `model` only gives the units of the parameters; `names` are the
+    names of the axes of the mesh.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = points if len(points) <= MAX_CURVES else [points[i] for i in _spread(len(points), MAX_CURVES)]

@@ -91,11 +91,11 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
 
 
 def contact_surface(fields: FieldFile) -> Figure:
-    """Returns a figure of the contact pressure of solid bodies, with one column per point, at most four.
+    """Returns a figure of the contact pressure of solid bodies, with one column per point.
 
-    It shows the surfaces that carry the contact forces, in the plane of the two axes along which they are longest. The
-    points are spread over those with full-order forces; there must be one. The pressure of a row is its contact force
-    divided by its area. The full order is above, and the reduced model below it if there is one.
+    It shows the surfaces that carry the contact forces, in the plane of the two axes along which they are longest. Up
+    to four points are drawn, spread over those with full-order forces; at least one point must have them. The pressure
+    of a contact row is its force divided by its area. The full order is above, the reduced model below if there is one.
     """
     points = [point for point in fields.points if "multipliers_full_order" in point.fields]
     chosen = [points[i] for i in sorted({round(i) for i in np.linspace(0, len(points) - 1, MAX_PANELS)})]
