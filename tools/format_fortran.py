@@ -89,7 +89,9 @@ def main():
     """Formats the files of the command line; with --check prints the differences, with exit code 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
-        "--check", action="store_true", help="change nothing; print what would change and exit with 1"
+        "--check",
+        action="store_true",
+        help="change no file; print what would change, and exit with 1 if anything would",
     )
     parser.add_argument("files", nargs="+", type=Path)
     options = parser.parse_args()

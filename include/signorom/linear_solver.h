@@ -9,11 +9,12 @@
 enum { SIG_LINEAR_CHOLESKY = 1, SIG_LINEAR_GAMG = 2 };
 enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
 
-/* Makes `matrix` (symmetric AIJ of full blocks, not changed, kept alive) ready. `kind` and `reason` are values of the
-   enumerations above; `message` (SIG_MESSAGE_SIZE bytes of petsc_support.h) says what failed, and is empty otherwise.
-   Workspace failures of MUMPS (INFOG(1) = -8, -9) are retried with twice the memory. Errors inside PETSc, which wrong
-   options cause, are failures too, without a trace. The KSP is created here and destroyed by sig_linear_solver_destroy.
- */
+/* Makes `matrix` ready for solves. It is symmetric AIJ of full blocks; it is not changed, and the KSP keeps a reference
+   to it. `kind` and `reason` are values of the enumerations above; `message` (SIG_MESSAGE_SIZE bytes of
+   petsc_support.h) says what failed if `reason` is SIG_LINEAR_FAILED, and is empty otherwise. If the workspace of MUMPS
+   is too small (INFOG(1) = -8, -9), it is tried again with twice the memory in addition to MUMPS's estimate. Errors
+   inside PETSc, which wrong options cause, are failures too, without a trace. The KSP is created here and destroyed by
+   sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
 /* Makes the KSP solve with `matrix` = T' K T from now on, where some unknowns are held. The entries of `matrix` may be

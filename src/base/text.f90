@@ -109,8 +109,7 @@ contains
     text = plain_decimal(text)
   end function real_to_text
 
-  !> Rewrites `-1.2340e+02` for people: `-123.4` from 1e-4 to below 1e7, else d.ddde<n>. Zeros at the end are left out, but at least
-  !> one decimal stays.
+  !> Rewrites `-1.2340e+02` as `-123.4` from 1e-4 to below 1e7, else as d.ddde<n>, without zeros at the end after the first decimal.
   pure function plain_decimal(scientific) result(text)
     character(*), intent(in) :: scientific
     character(:), allocatable :: text

@@ -19,7 +19,7 @@ module sig_side_motions
     !> whether no other row changes if the owner of a row moves and its followers follow, shape (n_rows). It does not say whether
     !> the owner's own displacement is prescribed
     logical, allocatable :: is_possible(:)
-    !> rows whose owners then follow: those of row k are rows(starts(k) + 1:starts(k + 1))
+    !> rows whose owners must move along when the owner of row k moves: rows(starts(k) + 1:starts(k + 1)); shape (n_rows + 1)
     integer, allocatable :: starts(:)
     integer, allocatable :: rows(:)
   end type followers_t

@@ -233,8 +233,7 @@ contains
     if (len_trim(tree%nodes(i_node)%text) == 0) call tree%report(i_node, 'is an empty text; a value is needed')
   end subroutine word_of
 
-  !> Reads a word that must be one of the choices (blanks at their ends do not count). Otherwise adds an error; the value is
-  !> unchanged.
+  !> Reads a word that must be one of the choices (blanks at their ends do not count). Otherwise adds an error.
   subroutine choice_of(tree, i_node, choices, value)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node

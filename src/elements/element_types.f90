@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The table of element types. A new element type is a new row of this table and needs no new branches in the code.
+!> The table of element types. Most of the code reads this table and has no branches by type. Besides a row here, a new type needs
+!> integration points (sig_quadrature), is_supported in gmsh_content.c, and a row in the topology.py of signorom-post.
 module sig_element_types
   use sig_kinds, only: rk
   implicit none(type, external)

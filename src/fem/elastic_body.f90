@@ -12,7 +12,7 @@ module sig_elastic_body
   private
   public :: elastic_body_t, create_elastic_body
 
-  !> The elastic bodies of a mesh.
+  !> All elastic bodies of a mesh together: what their stiffness needs beside the mesh.
   type :: elastic_body_t
     !> name of the mechanical model (plane_strain, plane_stress, axisymmetric or solid), and its row of mechanical_models
     character(:), allocatable :: model

@@ -104,7 +104,7 @@ contains
     if (len(text) == 0) then
       call make_error(error, 'the file is empty', file=path)
     else if (index(text, achar(0)) > 0) then
-      call make_error(error, 'this is a binary file (it has null bytes); a text file is needed', file=path)
+      call make_error(error, 'the file has null bytes, so it is binary or UTF-16; a text file in UTF-8 is needed', file=path)
     end if
   end subroutine check_text
 

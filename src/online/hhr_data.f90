@@ -97,7 +97,8 @@ module sig_hhr_data
     !> active sets of the reduced answers at the training points, as bits; a query starts from them. Shape (n_words(n_rows),
     !> n_points); without columns a query starts with the rows that penetrate
     integer, allocatable :: start_sets(:, :)
-    !> [length] singular values of the snapshots, descending; [-] if the deck normalizes the snapshots
+    !> [length] singular values, descending, of the snapshots; with elastic_lifting without their response without contact; [-] if
+    !> the deck normalizes the snapshots
     real(rk), allocatable :: singular_values(:)
     !> [-] kappa of M, (11); infinite when rank < n_rows
     real(rk) :: condition_number = 1

@@ -131,8 +131,8 @@ contains
       'motion_closing, a motion per row')
     call file%write(group // '/start_sets', cluster%start_sets, description= &
       'active contact rows of the reduced answer at each training point, a bit per row, 32 to an integer, a point per row')
-    call file%write(group // '/singular_values', cluster%singular_values, length, 'singular values of the snapshots; without ' // &
-      'unit if the deck normalizes the snapshots')
+    call file%write(group // '/singular_values', cluster%singular_values, length, 'singular values of the snapshots ' // &
+      '(elastic_lifting: without their response without contact); without unit if the deck normalizes the snapshots')
     call file%write(group // '/warnings', cluster%warnings)
   end subroutine write_snapshots
 

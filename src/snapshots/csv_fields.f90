@@ -52,8 +52,9 @@ contains
     end do
   end function with_hidden_commas
 
-  !> Returns the text with its hidden commas as commas, and without the double quotes around it and blanks beside them; with the
-  !> quotes where they do not match.
+  !> Returns the text with its hidden commas as commas and without the double quotes around it. Blanks just inside of these quotes
+  !> are left out, and two quotes between them become one. A text whose quotes do not match keeps them. Requires: no blanks around
+  !> the text.
   pure function unquoted(text) result(bare)
     character(*), intent(in) :: text
     character(:), allocatable :: bare

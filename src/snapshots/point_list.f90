@@ -201,8 +201,8 @@ contains
       line = line // self%block(self%i_next:self%n_block)
       self%i_next = self%n_block + 1
     end do
-    if (index(line, achar(0)) > 0) call make_error(error, 'this is a binary file (it holds null bytes); a text file is needed', &
-      file=self%path)
+    if (index(line, achar(0)) > 0) call make_error(error, 'the file has null bytes, so it is binary or UTF-16; a text ' // &
+      'file in UTF-8 is needed', file=self%path)
     if (allocated(error)) is_line = .false.
   end subroutine read_line
 

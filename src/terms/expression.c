@@ -11,7 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Those error codes of muParser for which the program has its own message; muParser's C header does not name them. */
+/* The error codes of muParser that `explain` compares with, also as ends of a range; muParser's C header does not name
+   them. */
 enum {
   MUP_UNEXPECTED_OPERATOR = 0,
   MUP_UNASSIGNABLE_TOKEN = 1,

@@ -285,9 +285,10 @@ contains
     bodies = ''
     do i = 1, size(constants)
       if (size(constants(i)%numerators) > most_variables) then
-        call make_error(error, 'body ' // constants(i)%name // ' has ' // counted(size(constants(i)%numerators), 'elastic ' // &
-          'constant') // ' that vary; at most ' // to_text(most_variables) // ' can be interpolated', problem%deck%path, &
-          hint='let fewer constants of this body depend on the parameters, or let its moduli share one factor', &
+        call make_error(error, 'body ' // constants(i)%name // ' has ' // to_text(size(constants(i)%numerators)) // &
+          ' Poisson''s ratios and ratios of moduli that vary; at most ' // to_text(most_variables) // ' can be interpolated', &
+          problem%deck%path, &
+          hint='let fewer Poisson''s ratios of this body depend on the parameters, or let its moduli share one factor', &
           exit_code=exit_not_converged)
         return
       end if

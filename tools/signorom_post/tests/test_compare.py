@@ -213,7 +213,7 @@ def test_another_problem_is_refused(two: list[Path], capsys: pytest.CaptureFixtu
     assert capsys.readouterr().err == (
         f"{two[1]}: error: this is another problem than {two[0]} (provenance fedcba9876543210, not 0123456789abcdef): "
         "mesh, units, names of parameters, materials, loads, imposed strains, boundary conditions or contact differ, "
-        "and errors cannot be compared\n"
+        "so the errors cannot be compared\n"
     )
 
 

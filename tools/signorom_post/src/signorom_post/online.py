@@ -47,8 +47,7 @@ class Model:
     def __init__(self, path: str | os.PathLike[str]) -> None:
         """Opens a model file; ModelError if it is missing, damaged, no model, newer than the library, or cannot answer.
 
-        LibraryError if the library is missing or cannot be used. NotAcceptedWarning if the validation did not accept
-        the model.
+        LibraryError if the library is missing or unusable. NotAcceptedWarning if validation did not accept the model.
         """
         self._path = str(Path(path).absolute())
         self._handles = Handles(os.fspath(path))
@@ -234,8 +233,7 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes. TypeError and
-        ValueError as for `query`; ExtrapolationWarning if the point lies outside of the trained box.
+        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))

@@ -16,7 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of `signorom-post fmu` to its parser."""
     parser.add_argument("model", metavar="MODEL", type=Path, help="for instance results/part/model.h5")
     parser.add_argument(
-        "--output", metavar="FILE", type=Path, help="default: the deck's title with .fmu, beside MODEL"
+        "--output",
+        metavar="FILE",
+        type=Path,
+        help="default: the deck's title, with _ for blanks and other signs, and .fmu, beside MODEL",
     )
     parser.add_argument(
         "--nodes",

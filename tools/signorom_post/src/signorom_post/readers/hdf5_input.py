@@ -44,8 +44,12 @@ class Hdf5Input:
         except OSError as error:
             if "truncated" in str(error):
                 raise InputError(path, "the file is truncated: its end is missing") from error
-            if "lock" in str(error):
-                raise InputError(path, "another program is writing the file") from error
+            if "unable to lock" in str(error):  # "superblock" of a damaged file has the word, too
+                raise InputError(
+                    path,
+                    "the file cannot be locked: another program has it open for writing, or the file system has no "
+                    "locks (then set HDF5_USE_FILE_LOCKING=FALSE)",
+                ) from error
             raise InputError(path, "this is not an HDF5 file, or it is damaged") from error
 
     def __enter__(self) -> Self:
