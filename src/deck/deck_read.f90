@@ -72,13 +72,29 @@ contains
     config%petsc_options = ''
     call get_text(tree, root_node, 'title', .false., config%title)
     call read_problem(tree, config)
-    if (size(config%parameters) == 0) return
+    if (size(config%parameters) == 0) then
+      call report_unknown_sections(tree)
+      return
+    end if
     call read_study(tree, config)
     call get_text(tree, root_node, 'petsc_options', .false., config%petsc_options)
     call tree%close_mapping(root_node)
     if (size(tree%is_parameter_used) == size(config%parameters)) config%parameters%is_used = tree%is_parameter_used
     call check_deck(tree, config)
   end subroutine read_sections
+
+  !> Reports unknown keys of the deck itself, where its sections are not read because there are no parameters.
+  subroutine report_unknown_sections(tree)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), parameter :: others(14) = [character(19) :: 'materials', 'boundary_conditions', 'loads', 'imposed_strains', &
+      'contact', 'solver', 'training', 'test', 'clusters', 'reduction', 'certificate', 'validation', 'output', 'petsc_options']
+    integer :: i, i_node
+
+    do i = 1, size(others)
+      i_node = tree%find(root_node, trim(others(i)))
+    end do
+    call tree%close_mapping(root_node)
+  end subroutine report_unknown_sections
 
   !> Sorts errors by line and column, by insertion, which is stable: errors of one place stay in the order in which they were found.
   pure subroutine sort_by_line(errors)

@@ -51,6 +51,7 @@ contains
     character(:), allocatable :: mode
     integer :: i_pressure
 
+    call tree%refuse_key(i_entry, 'region', 'a region takes a body_force; pressure and traction act on a boundary')
     call get_name(tree, i_entry, 'boundary', load%target)
     i_pressure = tree%find(i_entry, 'pressure')
     load%has_pressure = i_pressure > 0

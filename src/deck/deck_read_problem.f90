@@ -150,7 +150,9 @@ contains
     integer :: i_mapping
 
     allocate (nodes(0))
-    i_mapping = get_mapping(tree, root_node, key, .true.)
+    ! the misspelt key is an error of its own; without its entries all their names would be errors, too
+    i_mapping = tree%misspelt(root_node, key)
+    if (i_mapping == 0) i_mapping = get_mapping(tree, root_node, key, .true.)
     if (i_mapping == 0) return
     nodes = tree%children(i_mapping)
     if (size(nodes) == 0) call tree%report(i_mapping, 'is an empty mapping; it needs at least one entry')

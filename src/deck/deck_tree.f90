@@ -57,6 +57,7 @@ module sig_deck_tree
     type(error_list_t) :: errors
   contains
     procedure :: find
+    procedure :: misspelt
     procedure :: children
     procedure :: is_empty
     procedure :: key_path
@@ -90,6 +91,28 @@ contains
       return
     end do
   end function find
+
+  !> Returns the mapping below an unknown key that looks like this one, in the place of a missing key; otherwise 0. Then
+  !> close_mapping reports the key, with the hint `did you mean`.
+  integer function misspelt(this, i_mapping, key) result(i_node)
+    class(deck_tree_t), intent(inout) :: this
+    !> node of the mapping
+    integer, intent(in) :: i_mapping
+    !> a key that is valid in the mapping
+    character(*), intent(in) :: key
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    i_node = 0
+    if (this%find(i_mapping, key) > 0) return
+    nodes = this%children(i_mapping)
+    do i = 1, size(nodes)
+      if (this%nodes(nodes(i))%was_read .or. this%nodes(nodes(i))%kind /= kind_mapping) cycle
+      if (did_you_mean(this%nodes(nodes(i))%key, [string_t(key)]) == '') cycle
+      i_node = nodes(i)
+      return
+    end do
+  end function misspelt
 
   pure logical function was_asked(node, key)
     type(deck_node_t), intent(in) :: node
