@@ -138,12 +138,12 @@ typedef struct {
 
 #define SIGNOROM_NO_BOUND (-1.0)
 
-/* Start value of a signorom_answer. */
-#define SIGNOROM_ANSWER                                                                                                \
-  {                                                                                                                    \
-    sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, \
-        SIGNOROM_NO_BOUND                                                                                              \
-  }
+/* Start value of a signorom_answer. (Versions of clang-format differ about such macros.) */
+/* clang-format off */
+#define SIGNOROM_ANSWER \
+  { sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, \
+    SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND }
+/* clang-format on */
 
 /* Returns the version of the library, "major.minor.patch". A library has all functions, structures and numbers of the
  * earlier libraries with the same major version (before 1.0.0: with the same minor version). */
@@ -263,8 +263,10 @@ typedef struct {
   double *displacement; /* [n][n_nodes][n_dimensions] */
 } signorom_arrays;
 
-#define SIGNOROM_ARRAYS                                                                                                \
+/* clang-format off */
+#define SIGNOROM_ARRAYS \
   { sizeof(signorom_arrays), NULL, NULL, NULL, NULL, NULL, 0, NULL, NULL }
+/* clang-format on */
 
 /* Computes the answers at n points [n][n_parameters] and fills the arrays of the structure. A point without an answer
  * does not stop the call, which then returns SIGNOROM_NO_ANSWER. The size in the first answer and the last answer of

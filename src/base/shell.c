@@ -25,15 +25,15 @@ static int wait_for(pid_t helper) {
 }
 
 int sig_run_shell(const char *command) {
-  /* The arguments of posix_spawn are not const, but it does not write to them. */
-  char *const arguments[] = {(char *)(uintptr_t) "sh", (char *)(uintptr_t) "-c", (char *)(uintptr_t)command, NULL};
+  const char *const arguments[] = {"sh", "-c", command, NULL};
   pid_t helper;
   int code = NOT_STARTED;
   /* The program that started this one may have made it ignore SIGCHLD; then the system forgets the exit code of the
    * helper. */
   struct sigaction usual = {.sa_handler = SIG_DFL}, before;
   sigaction(SIGCHLD, &usual, &before);
-  if (posix_spawn(&helper, "/bin/sh", NULL, NULL, arguments, environ) == 0) {
+  /* The arguments of posix_spawn are not const, but it does not write to them. */
+  if (posix_spawn(&helper, "/bin/sh", NULL, NULL, (char *const *)(uintptr_t)arguments, environ) == 0) {
     sig_set_stop_helper(helper);
     /* The signal may have come before the helper was set. */
     if (sig_is_stop_requested()) kill(helper, SIGTERM);

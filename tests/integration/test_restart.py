@@ -17,7 +17,7 @@ from runs import HERE, files_in, on_ranks, refuse, write_deck
 
 pytestmark = pytest.mark.slow
 
-N_POINTS = 3000
+N_POINTS = 6000  # they take longer than the second after which records are flushed
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
 # iterations, reason) with a checksum.
 HEADER = 72
