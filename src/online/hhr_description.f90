@@ -29,8 +29,8 @@ contains
     end do
   end function describe_hhr
 
-  !> Returns a text without line end: the number of hats. If the training recorded its steps (history), the rank of (11) without
-  !> hats and the number of rows follow, which shows whether the model needs hats.
+  !> Returns a text without line end: the number of hats. If the training recorded its steps (history), the rank of (11) and kappa
+  !> without hats follow, which show whether the model needs hats.
   pure function hats_text(cluster) result(text)
     type(hhr_data_t), intent(in) :: cluster
     character(:), allocatable :: text
@@ -38,6 +38,8 @@ contains
     text = to_text(cluster%n_hats)
     if (size(cluster%history%ranks) == 0) return
     text = text // '; without them the rank of (11) is ' // to_text(cluster%history%ranks(1)) // ' of ' // to_text(cluster%n_rows)
+    if (cluster%history%ranks(1) == cluster%n_rows) text = text // ', and its condition number is ' // &
+      short_number(cluster%history%condition_numbers(1))
   end function hats_text
 
   pure function fit_text(cluster) result(text)

@@ -10,11 +10,14 @@ module sig_enrichment
   private
   public :: enrichment_rule_t, enrichment_path_t, choose_hats
 
+  !> [-] at a larger kappa, errors of the modes, which may be rounding, become errors of the multipliers that are as large as these
+  real(rk), parameter, public :: largest_kappa = 1.0e6_rk
+
   !> How hats are chosen, from reduction.enrichment of the deck.
   type :: enrichment_rule_t
     !> take the best hat each time, until a limit below is reached; otherwise take all hats in their order
     logical :: is_greedy = .true.
-    !> take no hat where the rank of (11) is full without hats; otherwise choose as is_greedy says
+    !> take no hat if, without hats, the rank of (11) is full and kappa is at most largest_kappa; otherwise choose as is_greedy says
     logical :: is_auto = .false.
     !> [-] the greedy choice ends when the rank is full and kappa is at most this
     real(rk) :: max_condition_number = 10
@@ -42,7 +45,7 @@ contains
   !> Chooses hats by the rule. The greedy choice adds hats until kappa is small enough and the rank is full, until max_hats is
   !> reached, or until no candidate is left. It adds none where that is so from the start. Without it (is_greedy is false) all
   !> candidates are added in their order, whatever max_hats is. With is_auto, neither adds a hat where the rank is full without
-  !> hats.
+  !> hats and kappa is at most largest_kappa.
   !>
   !> Each hat adds a column to M = B[A_lambda, A_c] V[A_c]. This column is zero except in the contact row of the hat. Source:
   !> Algorithm 1, (11), (12). Local. Of nearly equal candidates the first is taken. Cost: per hat one decomposition of M, and per
@@ -112,15 +115,15 @@ contains
     path%ratios = [path%ratios, ratio]
   end subroutine append_state
 
-  !> Whether the rule allows no further hat: with is_auto where the rank is full without hats; the greedy choice also at max_hats,
-  !> and where the rank is full and kappa is at most max_condition_number.
+  !> Whether the rule allows no further hat: with is_auto if, without hats, the rank is full and kappa is at most largest_kappa; the
+  !> greedy choice also at max_hats, and where the rank is full and kappa is at most max_condition_number.
   pure logical function is_finished(path, n_rows, rule)
     type(enrichment_path_t), intent(in) :: path
     integer, intent(in) :: n_rows
     type(enrichment_rule_t), intent(in) :: rule
 
     associate (last => size(path%ranks))
-      is_finished = rule%is_auto .and. path%ranks(1) == n_rows
+      is_finished = rule%is_auto .and. path%ranks(1) == n_rows .and. path%condition_numbers(1) <= largest_kappa
       if (is_finished) return
       is_finished = rule%is_greedy .and. (size(path%chosen) >= rule%max_hats .or. &
         (path%ranks(last) == n_rows .and. path%condition_numbers(last) <= rule%max_condition_number))

@@ -2,6 +2,7 @@
 !> Checks whether a hyper-reduced model has one answer: ranks and condition numbers of its blocks, and warnings about them.
 module sig_solvability
   use sig_condition_number, only: condition_number
+  use sig_enrichment, only: largest_kappa
   use sig_kinds, only: rk
   use sig_linear_algebra, only: lu_t
   use sig_hhr_data, only: hhr_data_t, stiffness_at
@@ -150,6 +151,9 @@ contains
     if (cluster%rank < cluster%n_rows) call append_text(warnings, 'the solvability condition (11) fails: rank ' // &
       to_text(cluster%rank) // ' of ' // counted(cluster%n_rows, 'contact row') // '; multipliers may not be unique ' // &
       '(more hat functions may help: reduction.enrichment: auto or greedy, with max_hats large enough)')
+    if (cluster%rank == cluster%n_rows .and. cluster%condition_number > largest_kappa) call append_text(warnings, &
+      'the condition number of the contact rows is ' // short_number(cluster%condition_number) // ': multipliers may lose about ' &
+      // lost_digits(cluster%condition_number) // ' (more hat functions may help: reduction.enrichment: auto or greedy)')
     if (cluster%basis_rank < cluster%n_modes) call append_text(warnings, 'on the reduced integration domain ' // &
       to_text(cluster%n_modes - cluster%basis_rank) // ' of ' // to_text(cluster%n_modes) // ' modes depend on the others')
     if (cluster%stiffness_rank < cluster%n_modes) call append_text(warnings, undetermined_text(cluster))
