@@ -12,8 +12,7 @@ module sig_nodal_values
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cell_contact, closed_rows, least_force, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures, nodal_status
-  public :: status_closed, status_open
+  public :: cell_contact, closed_rows, least_force, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures
 
   !> status of a node: in no row that counts, open, closed
   integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
@@ -118,33 +117,28 @@ contains
     is_closed = multipliers > least_force(multipliers)
   end function closed_rows
 
-  !> Returns the status of each node by its own row: status_open (1) or status_closed (2) for owners, status_none (0) for all other
-  !> nodes.
-  pure function nodal_status(rows, is_closed, n_nodes) result(status)
-    type(contact_rows_t), intent(in) :: rows
-    !> result of closed_rows, shape (n_rows)
-    logical, intent(in) :: is_closed(:)
-    integer, intent(in) :: n_nodes
-    integer :: status(n_nodes)
-
-    status = status_none
-    status(rows%owners()) = merge(status_closed, status_open, is_closed)
-  end function nodal_status
-
-  !> Returns the status of each node by all rows that contain it: status_closed (2) if one of them is closed, else status_open (1);
-  !> status_none (0) without rows.
+  !> Returns the status of each node: status_closed (2) if a row at the node is closed, else status_open (1); status_none (0) if
+  !> there is no row. At an owner, these rows are its own and those that have it on their second side: other rows contain it for the
+  !> changed basis only. At any other node they are all rows that contain it.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
     !> result of closed_rows, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
-    integer :: k
+    logical :: is_owner(n_nodes)
+    integer :: i, k, of_row
 
+    is_owner = .false.
+    is_owner(rows%owners()) = .true.
     status = status_none
     do k = 1, rows%n_rows
-      associate (nodes => rows%nodes_of(k))
-        status(nodes) = max(status(nodes), merge(status_closed, status_open, is_closed(k)))
+      of_row = merge(status_closed, status_open, is_closed(k))
+      associate (first => rows%first_nodes_of(k), second => rows%second_nodes_of(k))
+        do i = 1, size(first)
+          if (i == 1 .or. .not. is_owner(first(i))) status(first(i)) = max(status(first(i)), of_row)
+        end do
+        status(second) = max(status(second), of_row)
       end associate
     end do
   end function nodal_contact

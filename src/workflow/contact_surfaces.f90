@@ -11,7 +11,7 @@ module sig_contact_surfaces
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_model, only: model_t
-  use sig_nodal_values, only: cell_contact, closed_rows, nodal_contact, nodal_gaps, nodal_pressures, nodal_status
+  use sig_nodal_values, only: cell_contact, closed_rows, nodal_contact, nodal_gaps, nodal_pressures
   implicit none(type, external)
   private
   public :: contact_surfaces_t
@@ -228,7 +228,7 @@ contains
     real(rk), intent(in) :: opening(:)
     !> [length] NaN at nodes without rows, shape (self%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
-    !> nodal_status, same shape as gap
+    !> nodal_contact, same shape as gap
     real(rk), intent(out) :: status(:)
     !> cell_contact of each facet, shape (self%mesh%n_cells)
     integer, intent(out) :: contact(:)
@@ -242,12 +242,11 @@ contains
         indices => self%entry_rows(i)%indices)
         gaps = nodal_gaps(rows, opening(indices), self%n_body_nodes)
         gap(first:last) = gaps(self%nodes(first:last))
-        states = nodal_status(rows, is_closed(indices), self%n_body_nodes)
-        status(first:last) = states(self%nodes(first:last))
         states = nodal_contact(rows, is_closed(indices), self%n_body_nodes)
         touching(first:last) = states(self%nodes(first:last))
       end associate
     end do
+    status = touching
     contact = cell_contact(touching, self%mesh%cell_offsets, self%mesh%cell_nodes)
   end subroutine gather_state
 
