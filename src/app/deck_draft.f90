@@ -143,11 +143,19 @@ contains
       associate (pair => pairs(i), groups => mesh%groups)
         text = text // '  - {first: ' // yaml_text(groups(pair%first)%name) // ', second: ' // &
           yaml_text(groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}  # ' // &
-          to_text(nint(100 * pair%share)) // ' % of the first surface faces the second, gap about ' // &
-          short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2)) // nl
+          to_text(nint(100 * pair%share)) // ' % of the first surface faces the second' // gap_of(pair) // nl
       end associate
     end do
   end function contact_section
+
+  !> Returns `, gap about 0.1 to 0.2` for two flat surfaces, otherwise empty: the facets of curved surfaces are too coarse for it.
+  pure function gap_of(pair) result(text)
+    type(facing_groups_t), intent(in) :: pair
+    character(:), allocatable :: text
+
+    text = ''
+    if (pair%is_flat) text = ', gap about ' // short_number(pair%gap(1)) // ' to ' // short_number(pair%gap(2))
+  end function gap_of
 
   !> Returns `, direction: [0.0, 1.0]`, the direction that points into the second surface, if this surface is flat and the first one
   !> is curved: it stays right however far the bodies move. Otherwise empty.

@@ -93,8 +93,8 @@ contains
 
     if (.not. ieee_is_finite(number)) then
       text = 'inf'
+      if (sign(1.0_rk, number) < 0) text = '-inf'
       if (ieee_is_nan(number)) text = 'nan'
-      if (number < 0) text = '-inf'
       return
     end if
     if (.not. abs(number) > 0) then
@@ -156,7 +156,8 @@ contains
     real(rk) :: rounded
     integer :: status
 
-    if (.not. abs(value) <= huge(value)) then
+    ! comparing a NaN would end a host that traps floating-point exceptions
+    if (.not. ieee_is_finite(value)) then
       text = to_text(value)
       return
     end if
@@ -196,8 +197,7 @@ contains
     end if
   end function csv_number
 
-  !> Appends a text to a list; an unallocated list counts as empty. Use it instead of an array constructor of string_t, which loses
-  !> a computed text in gfortran 12.
+  !> Appends a text to a list, which may be unallocated. An array constructor of string_t loses a computed text in gfortran 12.
   pure subroutine append_text(list, text)
     type(string_t), allocatable, intent(inout) :: list(:)
     character(*), intent(in) :: text

@@ -43,8 +43,8 @@ contains
     text = short_number(min(100.0_rk, 100 * area / sums%whole), fine_digits) // ' %'
   end function percent_text
 
-  !> Returns the smallest and the largest gap as a text such as `, gaps of 0.0 to 0.02`, also if both are equal. Requires: at least
-  !> one gap.
+  !> Returns the smallest and the largest gap of the mesh, without initial_gap, as a text such as `, gaps of 0.0 to 0.02 in the
+  !> mesh`, also if both are equal. Requires: at least one gap.
   pure function gap_text(gaps, extent) result(text)
     !> [length] gaps of the rows
     real(rk), intent(in) :: gaps(:)
@@ -57,7 +57,8 @@ contains
 
     ends = [minval(gaps), maxval(gaps)]
     where (abs(ends) < rounding * extent) ends = 0
-    text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits)
+    text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits) // &
+      ' in the mesh'
   end function gap_text
 
   !> Returns the largest share [-], in size, of a node of the second side in any row.

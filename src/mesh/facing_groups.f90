@@ -21,6 +21,8 @@ module sig_facing_groups
     !> [length] least and largest distance of the facing facets' centers along the normals of the first surface, negative where they
     !> overlap; 0 if the size is below 1e-9 of the reach
     real(rk) :: gap(2) = 0
+    !> whether both surfaces are flat. Between curved surfaces the gaps have an error of about the distance from facet to surface
+    logical :: is_flat = .false.
     !> [-] flat_direction of the second surface, if it is flat and the first one is not; otherwise 0
     real(rk) :: direction(3) = 0
   end type facing_groups_t
@@ -195,7 +197,7 @@ contains
     gaps = gaps_between(surface, other)
     is_facing = gaps < huge(gaps) .and. gaps <= surface%least_gap + surface%facet_size
     pair = facing_groups_t(surface%group, other%group, sum(areas, mask=is_facing) / sum(areas), &
-      [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)])
+      [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)], surface%is_flat .and. other%is_flat)
     where (abs(pair%gap) < rounding * surface%reach) pair%gap = 0
     if (other%is_flat .and. .not. surface%is_flat) pair%direction = other%direction
   end function face

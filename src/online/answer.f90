@@ -156,7 +156,7 @@ contains
 
   !> Sets the bound, and the relative bound = bound / size_of_answer. The relative bound is 0 if the bound is 0. Else it is no_bound
   !> if size_of_answer is 0: no contact has a force that counts (those of anchors do not), neither here nor in training, so nothing
-  !> is there to compare with. Both are huge if the given bound is huge or not a number.
+  !> is there to compare with. Both are huge if the given bound is above sqrt(huge) or not a number.
   pure subroutine take_bound(self, bound, size_of_answer)
     class(answer_t), intent(inout) :: self
     !> [sqrt(force*length)]
@@ -198,10 +198,11 @@ contains
     bound = huge(bound)
     relative_bound = huge(bound)
     ! this is true for a value that is not a number, too
-    if (.not. found < huge(bound)) return
+    if (.not. found < sqrt(huge(bound))) return
     bound = found
     relative_bound = 0
     if (bound > 0) relative_bound = merge(bound / max(size_of_answer, tiny(bound)), no_bound, size_of_answer > 0)
+    if (relative_bound > sqrt(huge(bound))) relative_bound = huge(bound)
   end subroutine relate
 
   !> Returns the size [sqrt(force*length)] by which the bound of an answer is divided: the answer's own size, but at least a

@@ -14,7 +14,13 @@ def compile_c(name, library, folder):
     """Compile a C program against nothing but the header and the library."""
     program = folder / name
     command = ["cc", "-std=gnu11", "-Wall", "-Wextra", "-Werror", SOURCES / f"{name}.c", f"-I{INCLUDE}"]
-    command += [f"-L{library.parent}", "-lsignorom_online", "-lpthread", f"-Wl,-rpath,{library.parent}"]
+    command += [
+        f"-L{library.parent}",
+        "-lsignorom_online",
+        "-lpthread",
+        "-lm",
+        f"-Wl,-rpath,{library.parent}",
+    ]
     subprocess.run([*command, "-o", program], check=True)
     return program
 

@@ -5,7 +5,7 @@ module sig_condensed_plan
   use sig_kinds, only: rk
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
-  use sig_text, only: string_t, to_text
+  use sig_text, only: short_number, string_t
   implicit none(type, external)
   private
   public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
@@ -70,7 +70,7 @@ contains
       if (problem%rows%n_rows == 0) then
         reason = 'there is no contact with a free displacement'
       else if (forces_size(problem) > room) then
-        reason = 'the matrix of all contacts takes ' // to_text(ceiling(forces_size(problem))) // ' MB, more than ' // &
+        reason = 'the matrix of all contacts takes ' // short_number(forces_size(problem), 2) // ' MB, more than ' // &
           'reduction.max_full_order_size'
       else if (.not. problem%plan%may_factor) then
         reason = 'the stiffness is too large to factor, or solver.linear is gamg'

@@ -19,7 +19,7 @@ module sig_tied_training
   use sig_reduced, only: reduced_t
   use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets
-  use sig_text, only: counted, to_text
+  use sig_text, only: counted, short_number, to_text
   use sig_tied, only: solve_tied, tied_response_t
   use sig_tied_data, only: row_changing, row_closed, row_open, tied_cluster_t, tied_data_t
   use sig_training_set, only: training_set_t
@@ -111,7 +111,7 @@ contains
       if (n_clusters >= min(most_clusters, size(sets, 2))) exit
       n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
     end do
-    reason = 'with unknowns only at contacts that change it still takes ' // to_text(ceiling(least)) // &
+    reason = 'with unknowns only at contacts that change it still takes ' // short_number(least, 2) // &
       ' MB, also if the training points are divided into clusters'
   end subroutine divide
 

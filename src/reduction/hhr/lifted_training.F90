@@ -21,7 +21,7 @@ module sig_lifted_training
   use sig_reasons, only: reason_converged, reason_linear_solver
   use sig_singular_values, only: svd
   use sig_term_values, only: evaluate_points
-  use sig_text, only: to_text
+  use sig_text, only: short_number, to_text
   use petsc
   implicit none(type, external)
   private
@@ -57,8 +57,8 @@ contains
     room = full_order%problem%deck%reduction%max_full_order_size
     if (room <= 0 .or. model%n_multipliers == 0) return
     if (size_of_certificates(model) > room) then
-      call log_warning('answers will have no bound of their error (certificate): it needs ' // &
-        to_text(ceiling(size_of_certificates(model))) // ' MB, more than reduction.max_full_order_size')
+      call log_warning('hyper-reduced answers will have no bound of their error (certificate): it needs ' // &
+        short_number(size_of_certificates(model), 2) // ' MB, more than reduction.max_full_order_size')
       return
     end if
     chosen = rows_of_domains(model)

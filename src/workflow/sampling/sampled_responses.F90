@@ -240,9 +240,14 @@ contains
       call log_warning('the responses of the bodies, which would save factorizations, cannot be used, so each point is solved ' // &
         'with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      call log_info('note: the responses from one factorization give ' // text // ' with a relative error of ' // &
-        short_number(self%reduced%measured_error) // ', above ' // short_number(rounding) // '; so each point is solved ' // &
-        'with its own stiffness, which takes longer')
+      if (self%reduced%measured_error < huge(rounding)) then
+        text = 'give ' // text // ' with a relative error of ' // short_number(self%reduced%measured_error) // ', above ' // &
+          short_number(rounding)
+      else
+        text = 'give no answer at a point that was solved with its own stiffness'
+      end if
+      call log_info('note: the responses from one factorization ' // text // '; so each point is solved with its own ' // &
+        'stiffness, which takes longer')
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // &

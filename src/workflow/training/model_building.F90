@@ -99,8 +99,8 @@ contains
     if (full_order%problem%has_fixed_stiffness) then
       PetscCall(add_certificates(full_order, model, ierr))
     else
-      call log_warning('answers will have no bound of their error (certificate): the stiffness depends on the parameters, and ' // &
-        'there is no fallback')
+      call log_warning('hyper-reduced answers will have no bound of their error (certificate): the stiffness depends on the ' // &
+        'parameters, and there is no fallback')
     end if
   end subroutine build_model
 
@@ -111,7 +111,7 @@ contains
     type(problem_t), intent(in) :: problem
     !> with the fallback, if there is one, and max_error
     type(model_t), intent(in) :: model
-    character(*), parameter :: no_bound = 'answers will have no bound of their error (certificate): '
+    character(*), parameter :: no_bound = 'hyper-reduced answers will have no bound of their error (certificate): '
     integer :: i_fallback
 
     if (model%n_multipliers == 0) return

@@ -100,7 +100,7 @@ contains
   end function counted_errors
 
   !> Returns a table without a line end at its end: median, p95 and maximum of e_u, e_lambda_rid and e_lambda_all (by
-  !> counted_errors) and of the bounds, where there are any; the number of points without an error_bound (if there are such points),
+  !> counted_errors) and of the bounds, where there are any; the number of points without a finite error_bound (if there are any),
   !> of points with a full-order solution but without an answer, and of points that the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
@@ -112,14 +112,26 @@ contains
     do i = 1, n_shown
       text = text // row(trim(error_names(i)), counted_errors(outcome, i)) // eol
     end do
-    if (any(outcome%error_bound >= 0)) text = text // row('error_bound', pack(outcome%error_bound, outcome%error_bound >= 0)) // eol
-    if (any(outcome%displacement_bound >= 0)) text = text // row('displacement_bound', pack(outcome%displacement_bound, &
-      outcome%displacement_bound >= 0)) // eol
-    if (.not. all(outcome%error_bound >= 0)) text = text // cell('no error_bound', 24) // &
-      to_text(count(.not. outcome%error_bound >= 0)) // ' of ' // counted(size(outcome%error_bound), 'point') // eol
+    associate (bound => outcome%error_bound, has_bound => is_bound(outcome%error_bound))
+      if (any(has_bound)) text = text // row('error_bound', pack(bound, has_bound)) // eol
+    end associate
+    associate (bound => outcome%displacement_bound, has_bound => is_bound(outcome%displacement_bound))
+      if (any(has_bound)) text = text // row('displacement_bound', pack(bound, has_bound)) // eol
+    end associate
+    associate (n_without => count(.not. is_bound(outcome%error_bound)))
+      if (n_without > 0) text = text // cell('no error_bound', 24) // to_text(n_without) // ' of ' // &
+        counted(size(outcome%error_bound), 'point') // eol
+    end associate
     text = text // cell('without an answer', 24) // to_text(verdict%n_unanswered) // ' of ' // &
       counted(size(outcome%method), 'point') // eol // cell('by the fallback', 24) // to_text(verdict%n_fallbacks)
   end function validation_table
+
+  !> Whether a bound says something: it is not no_bound, and the error cannot be of any size (huge).
+  elemental logical function is_bound(bound)
+    real(rk), intent(in) :: bound
+
+    is_bound = bound >= 0 .and. bound < huge(bound)
+  end function is_bound
 
   pure function row(name, values) result(text)
     character(*), intent(in) :: name

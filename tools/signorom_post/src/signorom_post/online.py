@@ -337,15 +337,15 @@ class Model:
             gradient[:, has_some] = values
         return gradient
 
-    def query_many(self, points: FloatArray, nodes: Sequence[int] | IntArray = ()) -> Answers:
+    def query_many(self, points: FloatArray, nodes: Sequence[int] | IntArray | None = ()) -> Answers:
         """Returns the answers at `points`, shape (n_points, n_parameters), in one call of the library.
 
-        `nodes` (numbers of the mesh file) are the nodes whose displacement is wanted; default: none. ValueError if
+        `nodes` (numbers of the mesh file) are the nodes whose displacement is wanted; None: all. ValueError if
         points have another shape, a value is not finite, or a node is unknown; one ExtrapolationWarning if points lie
         outside of the trained box. A point without an answer is no error: see Answers.has_answer.
         """
         given = points_of(self.parameters, points)
-        indices = self._indices_of(nodes)
+        indices = self._indices_of(self.nodes[0] if nodes is None else nodes)
         with self._handles.model() as model, self._handles.context() as context:
             n_entries = self._n_entries(model)
             answers = answers_at(self._library, context, self._sizes, n_entries, given, indices, self._areas)

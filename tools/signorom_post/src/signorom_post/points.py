@@ -67,7 +67,7 @@ def warn_outside(
     highest = np.array([parameter.maximum for parameter in parameters])
     is_beyond = (outside < lowest) | (outside > highest)
     named = [
-        f"{parameter.name} ({_range_of(outside[is_beyond[:, k], k])}) lies outside of {range_of(parameter)}"
+        f"{parameter.name} ({_range_of(outside[is_beyond[:, k], k], parameter)}) lies outside of {range_of(parameter)}"
         for k, parameter in enumerate(parameters)
         if is_beyond[:, k].any()
     ]
@@ -85,6 +85,10 @@ def range_of(parameter: Parameter) -> str:
     return f"{parameter.minimum:.6g} to {parameter.maximum:.6g}{unit}"
 
 
-def _range_of(values: FloatArray) -> str:
-    low, high = values.min(), values.max()
-    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
+def _range_of(values: FloatArray, parameter: Parameter) -> str:
+    """Returns the lowest and highest value, with all digits where fewer would show an end of the parameter's range."""
+    ends = {f"{end:.6g}" for end in (parameter.minimum, parameter.maximum)}
+    texts = [f"{value:.6g}" for value in (values.min(), values.max())]
+    if not ends.isdisjoint(texts):
+        texts = [repr(float(value)) for value in (values.min(), values.max())]
+    return texts[0] if texts[0] == texts[1] else " to ".join(texts)
