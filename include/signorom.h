@@ -358,9 +358,11 @@ int signorom_get_multiplier_gradient(signorom_context *context, double *gradient
  * [n_parameters][n_entries][n_moments], as defined at signorom_get_resultants. */
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
 /* Gives the derivatives of the displacement of the n nodes that the caller chooses
- * [n_parameters][n][n_dimensions]. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells
- * more. SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not
- * succeed after the last query. */
+ * [n_parameters][n][n_dimensions]. Where displacements come from modes (signorom_get_displacement_sources), the
+ * relative error of the derivatives is often much larger than that of the displacement; displacement_bound says nothing
+ * about it. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells more.
+ * SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not succeed
+ * after the last query. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 
 #ifdef __cplusplus
