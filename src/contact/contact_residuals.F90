@@ -18,18 +18,21 @@ module sig_contact_residuals
   !> [-] forces are compared with at least this share of |K| |u|, because K u of a rigid motion is only rounding, and with at least
   !> this share of the largest load on a dof, the parts of which are added without sign, because they may cancel
   real(rk), parameter :: smallest_share = 1.0e-6_rk
+  !> [-] a multiplier is rounding of K u and becomes 0 if it is at most this share of |K| |u| or of the largest load on a dof
+  real(rk), parameter :: rounding = 1.0e-13_rk
   !> number of sizes that are compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
   integer, parameter :: n_largest = 3
 
 contains
 
-  !> Computes the residuals and the reactions of one state. Collective on the system's communicator.
+  !> Computes the residuals and the reactions of one state, and sets multipliers that are only rounding to 0. Collective on the
+  !> system's communicator.
   subroutine measure_residuals(system, theta, state, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank. A
-    !> positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
+    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank;
+    !> multipliers below `rounding` are 0. A positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -37,6 +40,7 @@ contains
 
     states(1) = state
     PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, reactions, ierr))
+    state%multipliers = states(1)%multipliers
     state%residuals = states(1)%residuals
     state%reason = states(1)%reason
     if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
@@ -45,13 +49,13 @@ contains
     PetscCall(sum_over_ranks(system%comm, state%reactions, ierr))
   end subroutine measure_residuals
 
-  !> Computes the residuals of several states, with one pass over K and two reductions over the ranks for all of them; no reactions.
-  !> Collective on the system's communicator.
+  !> Does the same as measure_residuals for several states, with one pass over K and two reductions over the ranks for all of them;
+  !> no reactions. Collective on the system's communicator.
   subroutine measure_points(system, theta, states, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals, and the reason as in measure_residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals; multipliers and reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: reactions(:, :)
@@ -74,7 +78,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals, and the reason as in measure_residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals; multipliers and reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] reactions at the prescribed dofs of this rank, in the order of own_prescribed; shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
@@ -165,7 +169,8 @@ contains
     real(rk), intent(in) :: smallest_per_length
     !> [force] ... and by at least this force
     real(rk), intent(in) :: smallest_load
-    !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
+    !> in: displacement and multipliers; out: also residuals; multipliers that are rounding become 0, and the reason changes if a
+    !> value is not finite
     type(contact_state_t), intent(inout) :: state
     real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n
@@ -185,6 +190,7 @@ contains
       r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
         i_component=system%first_balanced, n)])
     end associate
+    where (abs(state%multipliers) <= rounding / smallest_share * smallest_force) state%multipliers = 0
     if (state%reason > 0 .and. .not. (all(ieee_is_finite(state%displacement)) .and. all(ieee_is_finite(state%multipliers)))) &
       state%reason = reason_linear_solver
   end subroutine compare

@@ -134,7 +134,7 @@ contains
         call solve_transformed(self, self%reference_of_point(near%nearest), theta, room, answer)
       if (answer%reason < 0) call solve_whole(self, room, answer)
       if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(self%compliance, room%free_opening, self%anchors, self%scale, &
+      if (answer%reason > 0) call take_forces(self%compliance, room%free_opening, self%anchors, self%scale, self%largest_size, &
         room%opening, answer)
     end select
   end subroutine solve

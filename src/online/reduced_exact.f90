@@ -162,8 +162,10 @@ contains
   end subroutine read_shared
 
   !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q. For an anchor the unknown is its opening
-  !> over `scale` instead of its multiplier, and w is its multiplier times `scale` instead of its opening.
-  subroutine take_forces(compliance, free_opening, anchors, scale, opening, answer)
+  !> over `scale` instead of its multiplier, and w is its multiplier times `scale` instead of its opening. A force is only rounding,
+  !> and becomes 0, if its size is at most 1e-12 of the largest one in training. Its size is the force times the root of the largest
+  !> diagonal entry of W at rows with forces, or of `scale` if this is larger.
+  subroutine take_forces(compliance, free_opening, anchors, scale, largest_size, opening, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
     !> [length] q, shape (n_multipliers)
@@ -172,20 +174,30 @@ contains
     integer, intent(in) :: anchors(:)
     !> [length/force]
     real(rk), intent(in) :: scale
+    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
+    real(rk), intent(in) :: largest_size
     !> [length] out: w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> in: unknowns, [force] z; out: multipliers and what take_all_forces sets
     type(answer_t), intent(inout) :: answer
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    real(rk) :: diagonal, negligible
     integer :: i
 
     opening = free_opening
     call add_few_columns(compliance, answer%unknowns, opening)
     answer%multipliers = answer%unknowns
+    diagonal = merge(scale, 0.0_rk, size(anchors) > 0)
     do i = 1, size(anchors)
       associate (row => anchors(i))
         answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, opening(row)) / scale, answer%unknowns(row) > 0)
       end associate
     end do
+    do i = 1, size(answer%multipliers)
+      if (answer%multipliers(i) > 0) diagonal = max(diagonal, compliance(i, i))
+    end do
+    negligible = rounding * largest_size
+    where (answer%multipliers * sqrt(diagonal) <= negligible) answer%multipliers = 0
     call answer%take_all_forces()
   end subroutine take_forces
 

@@ -138,7 +138,7 @@ contains
       answer%unknowns = room%solution%lambda
       if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
       if (answer%reason <= 0) return
-      call take_forces(room%compliance, room%free_opening, self%anchors, self%scale, room%opening, answer)
+      call take_forces(room%compliance, room%free_opening, self%anchors, self%scale, self%largest_size, room%opening, answer)
       if (.not. self%has_modes()) return
       call solve_modes(self, theta, answer%unknowns, answer%coordinates, room%residual, room%field_size)
       call self%bound_displacement(room, answer)

@@ -67,6 +67,66 @@ def test_forces_of_rounding_are_not_judged(signorom, blocks, method):
     assert errors[np.array(table["P"]) > 0].max() < 1e-2
 
 
+# A wedge between two flanks at 15 degrees to the y axis, 0.01 mm from both; contact alone holds it.
+WEDGE = """t = Tan(Pi/12); d = 0.01/Cos(Pi/12); h = 2.5;
+Point(1) = {-5-3*t+d, 3, 0, h}; Point(2) = {5+3*t-d, 3, 0, h}; Point(3) = {5+17*t-d, 17, 0, h};
+Point(4) = {-5-17*t+d, 17, 0, h};
+Line(1) = {1, 2}; Line(2) = {2, 3}; Line(3) = {3, 4}; Line(4) = {4, 1};
+Curve Loop(1) = {1, 2, 3, 4}; Plane Surface(1) = {1};
+Point(11) = {-25, -15, 0, 2*h}; Point(12) = {25, -15, 0, 2*h}; Point(13) = {25, 20, 0, 2*h};
+Point(14) = {5+20*t, 20, 0, h}; Point(15) = {5, 0, 0, h}; Point(16) = {-5, 0, 0, h}; Point(17) = {-5-20*t, 20, 0, h};
+Point(18) = {-25, 20, 0, 2*h};
+For i In {11:17}
+  Line(i) = {i, i+1};
+EndFor
+Line(18) = {18, 11};
+Curve Loop(2) = {11:18}; Plane Surface(2) = {2};
+Physical Surface("wedge") = {1}; Physical Surface("slot") = {2};
+Physical Curve("right") = {2}; Physical Curve("left") = {4}; Physical Curve("top") = {3};
+Physical Curve("slot_right") = {14}; Physical Curve("slot_left") = {16}; Physical Curve("base") = {11};
+Mesh.ElementOrder = 2;
+"""
+WEDGE_DECK = """title: Wedge
+units: {length: mm, force: N}
+mesh: {file: wedge.msh, model: plane_strain}
+parameters: {P: {min: 0, max: 60, unit: MPa}, T: {min: 20, max: 220, unit: C}}
+materials:
+  wedge: {regions: [wedge], young_modulus: 70.0e+3, poisson_ratio: 0.3, thermal_expansion: 1.8e-5}
+  slot: {regions: [slot], young_modulus: 210.0e+3, poisson_ratio: 0.28}
+boundary_conditions: [{boundary: base, displacement: {x: 0, y: 0}}]
+loads: [{boundary: top, pressure: P}]
+imposed_strains: [{region: wedge, temperature: T, reference: 20}]
+contact: [{first: right, second: slot_right}, {first: left, second: slot_left}]
+training: {sobol: 12}
+test: {sobol: 4, seed: 1}
+"""
+
+
+def test_rounding_of_heat_is_no_contact(signorom, tmp_path):
+    """Nothing presses the free wedge into its slot: no force and no area that touches, whatever the heat."""
+    (tmp_path / "wedge.geo").write_text(WEDGE)
+    make_mesh(tmp_path / "wedge.geo", tmp_path / "wedge.msh")
+    (tmp_path / "wedge.yaml").write_text(WEDGE_DECK)
+    signorom("run", "wedge.yaml", folder=tmp_path)
+    temperatures = range(20, 221, 25)
+    points = ", ".join(f"{{P: 0, T: {temperature}}}" for temperature in temperatures)
+    (tmp_path / "wedge.yaml").write_text(
+        WEDGE_DECK.replace(
+            "title: Wedge", f"title: Wedge\noutput: {{points: [{points}]}}\nsolver: {{type: active_set}}"
+        )
+    )
+    (tmp_path / "points.csv").write_text("P,T\n" + "".join(f"0,{value}\n" for value in temperatures))
+    signorom(
+        "predict", "results/wedge/model.h5", "--points", "points.csv", "--output", "told.csv", folder=tmp_path
+    )
+    signorom("solve", "wedge.yaml", folder=tmp_path)
+    told = read_table(tmp_path / "told.csv")
+    report = yaml.safe_load((tmp_path / "results" / "wedge" / "report.yaml").read_text())
+    assert [point["n_active"] for point in report["points"].values()] == [0] * len(temperatures)
+    for name in ("n_active", "contact_1_area", "contact_2_area"):
+        assert set(told[name]) == {0}
+
+
 def test_a_window_beside_its_surface_is_named(signorom, blocks):
     """The press face reaches from x = 0.4 to 2.5 mm, the window from 0.2 tilt to 0.2 tilt + 0.3 mm."""
     write(blocks, 'pressure: P, window: {axis: x, min: "0.2 * tilt", max: "0.2 * tilt + 0.3"}')
