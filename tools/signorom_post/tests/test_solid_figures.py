@@ -3,8 +3,11 @@
 
 from pathlib import Path
 
+import matplotlib.image
 import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from pairs import contact_of_pairs
 from pictures import check_picture
 
@@ -12,9 +15,10 @@ from signorom_post.arrays import Quantity
 from signorom_post.mesh import Mesh
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
-from signorom_post.plots.surface import view
+from signorom_post.plots.surface import draw_surface, frame_surface, view
+from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.fields import FieldFile, FieldPoint
-from signorom_post.style import styled
+from signorom_post.style import save, styled
 
 N = 3
 #: Kuhn's split of a box into six tetrahedra, by the corners of the hexahedron
@@ -99,13 +103,64 @@ def test_bodies_at_rest_and_displaced(tmp_path: Path, element: str) -> None:
         figure = initial_and_deformed_solid(fields, fields.points[0])
         check_picture(figure, tmp_path / "figure.png")
     left, right = figure.axes[:2]
-    (rest,) = [c for c in left.collections if c.get_gid() == "surface"]
-    (shown,) = [c for c in right.collections if c.get_gid() == "surface"]
-    n_per_square = 1 if element == "H8" else 2
-    # two lateral sides and the top of each cube look at the viewer
-    assert len(rest.get_paths()) == len(shown.get_paths()) == 2 * 3 * N**2 * n_per_square
-    assert len(np.unique(rest.get_facecolors(), axis=0)) == 3
-    assert len(np.unique(shown.get_facecolors(), axis=0)) > 10
+    rest, shown = (surface_colors(axes) for axes in (left, right))
+    # two lateral sides of the pile and its top look at the viewer
+    assert (rest.min(axis=1) > 0.6).sum() == 3
+    assert len(shown) > 20
+
+
+def surface_colors(axes: Axes) -> np.ndarray:
+    """The colors in the picture of the surface; those of edges are dark."""
+    (image,) = [image for image in axes.images if image.get_gid() == "surface"]
+    pixels = np.asarray(image.get_array()).reshape(-1, 4)
+    return np.unique(np.round(pixels[pixels[:, 3] == 1.0, :3], 6), axis=0)
+
+
+def plain_box(low: tuple[float, ...], high: tuple[float, ...], first: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and the one hexahedron of a box."""
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+    return np.where(np.array(corners) == 1, high, low).astype(float), first + np.arange(8)
+
+
+@pytest.mark.parametrize(
+    ("low", "is_seen"),
+    [((0.2, 5.8, 0.0), True), ((3.0, 3.0, 0.0), True), ((1.0, 5.8, -3.0), False)],
+    ids=["on the far corner", "in the middle", "below the far corner"],
+)
+def test_near_parts_hide_far_ones(low: tuple[float, ...], is_seen: bool, tmp_path: Path) -> None:
+    """A cube on a plate of one cell is seen as a whole, wherever it stands; below the plate nothing is seen of it.
+
+    The side of the cube is 2. A face of the area A fills A n.t of the picture; n is its normal, t the direction to the
+    viewer.
+    """
+    plate, cell = plain_box((0, 0, -1), (8, 8, 0), 0)
+    cube, other = plain_box(low, tuple(x + 2 for x in low), 8)
+    mesh = Mesh(np.vstack([plate, cube]), [cell, other], 3)
+    faces = mesh.outer_faces
+    red, blue = np.eye(3)[0], np.eye(3)[2]
+    with styled():
+        figure = Figure(figsize=(4.0, 4.0))
+        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+        draw_surface(axes, mesh.coordinates, faces, np.where(faces.cells[:, None] == 1, red, blue))
+        frame_surface(axes, mesh.coordinates, "mm")
+        save(figure, tmp_path / "figure.png")
+    pixels = matplotlib.image.imread(tmp_path / "figure.png")
+    is_red = (pixels[..., 0] > 2 * pixels[..., 2]) & (pixels[..., 0] > pixels[..., 1] + 0.1)
+    per_unit = 800 / np.ptp(axes.get_xlim())
+    expected = 4 * np.abs(view()[2]).sum() * per_unit**2 if is_seen else 0.0
+    # the edges are black and gray
+    assert is_red.sum() == pytest.approx(expected, rel=0.1, abs=1)
+
+
+def test_the_view_shows_the_small_body() -> None:
+    """A block stands in front of a wall on one side: of the eight corners one sees it from two above and two below."""
+    for side, seen in (((2.5, -1, 3), {-55.0, -145.0, 215.0}), ((2.5, 1, 3), {35.0, 125.0})):
+        wall, cell = plain_box((0, 0, 0), (6, 1, 6), 0)
+        block, other = plain_box(side, tuple(np.add(side, 1)), 8)
+        mesh = Mesh(np.vstack([wall, block]), [cell, other], 3)
+        azimuth, elevation = best_corner(mesh.coordinates, mesh.outer_faces)
+        assert elevation > 0
+        assert azimuth in seen
 
 
 @pytest.mark.parametrize("element", ["H8", "T4"])

@@ -13,6 +13,7 @@ from matplotlib.tri import Triangulation
 from signorom_post.arrays import FloatArray, IntArray, with_unit
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.surface import draw_surface, frame_surface, one_color, view
+from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import BODY, SEQUENTIAL, SKY_BLUE, VERMILLION, new_figure
 
@@ -39,13 +40,14 @@ def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str 
         label = with_unit("displacement magnitude", displacement.unit)
     norm = Normalize(0.0, float(values.max()) or 1.0)
     faces = mesh.outer_faces
+    towards = view(*best_corner(mesh.coordinates, faces))
     figure = new_figure(8.2, 4.4, has_equal_axes=True)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-    draw_surface(left, mesh.coordinates, faces, one_color(faces, BODY))
-    draw_surface(right, deformed, faces, _colors(norm, values[faces.nodes].mean(axis=1)))
+    draw_surface(left, mesh.coordinates, faces, one_color(faces, BODY), towards)
+    draw_surface(right, deformed, faces, _colors(norm, values[faces.nodes].mean(axis=1)), towards)
     both = np.vstack([mesh.coordinates, deformed])
     for axes in (left, right):
-        frame_surface(axes, both, mesh.unit)
+        frame_surface(axes, both, mesh.unit, towards)
     left.set_title("initial")
     right.set_title(deformed_title(point, scale))
     figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02)
@@ -59,13 +61,14 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
     """
     mesh = fields.mesh
     faces = mesh.outer_faces
+    towards = view(*best_corner(mesh.coordinates, faces))
     figure = new_figure(8.2, 4.4, has_equal_axes=True)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     colors = one_color(faces, BODY)
     colors[np.isin(faces.cells, cells)] = mpl.colors.to_rgb(SKY_BLUE)
-    draw_surface(left, mesh.coordinates, faces, colors)
+    draw_surface(left, mesh.coordinates, faces, colors, towards)
     own = mesh.faces_of(cells)
-    draw_surface(right, mesh.coordinates, own, one_color(own, SKY_BLUE))
+    draw_surface(right, mesh.coordinates, own, one_color(own, SKY_BLUE), towards)
     nodes = fields.contact.nodes_of(rows)
     style = {
         "s": 14,
@@ -75,9 +78,9 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
         "zorder": 3,
         "gid": "contact",
     }
-    right.scatter(*(mesh.coordinates[nodes] @ view()[:2].T).T, **style)
+    right.scatter(*(mesh.coordinates[nodes] @ towards[:2].T).T, **style)
     for axes in (left, right):
-        frame_surface(axes, mesh.coordinates, mesh.unit)
+        frame_surface(axes, mesh.coordinates, mesh.unit, towards)
     left.set_title("on the bodies")
     right.set_title("alone")
     handles = [

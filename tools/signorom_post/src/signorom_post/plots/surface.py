@@ -6,19 +6,24 @@
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
+from matplotlib.image import AxesImage
 
-from signorom_post.arrays import FloatArray, format_number
+from signorom_post.arrays import BoolArray, FloatArray, IntArray, format_number
 from signorom_post.mesh import Faces
+from signorom_post.plots.depth_buffer import DepthBuffer
 from signorom_post.style import INK
 
 #: [degrees] where the viewer stands: angle from x towards y, and angle above the x-y plane
 AZIMUTH, ELEVATION = -55.0, 25.0
 #: share of its brightness that a face in the shadow keeps
 AMBIENT = 0.75
-#: edges are not drawn if more faces than this are visible
-MOST_EDGES = 8000
+#: only sharp edges are drawn if more faces than this look at the viewer; the cosine of the least angle of those
+MOST_EDGES, SHARP = 8000, np.cos(np.radians(30.0))
+#: share of its brightness that a point on an edge keeps
+EDGE = 0.55
+#: an axis that the viewer sees shorter than this share of its length is not drawn
+SHORTEST = 0.15
 
 
 def view(azimuth: float = AZIMUTH, elevation: float = ELEVATION) -> FloatArray:
@@ -47,29 +52,64 @@ def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
 
 def draw_surface(
     axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
-) -> PolyCollection:
-    """Draws the faces that point towards the viewer, the far ones first, and returns the polygons.
+) -> DepthBuffer:
+    """Draws the faces as the viewer sees them, and returns the buffer that knows what is in front.
 
     `points`, shape (n_nodes, 3), are the places of all nodes; `colors`, shape (n_faces, 3), are RGB values, which the
     light makes darker. `towards` is the rotation that `view` returns; default: the standard view.
     """
     towards = view() if towards is None else towards
-    corners = points[faces.nodes]
     normals = normals_of(points, faces)
-    seen = np.flatnonzero(normals @ towards[2] > 0.0)
-    seen = seen[np.argsort((corners[seen] @ towards[2]).mean(axis=1), kind="stable")]
+    front = np.flatnonzero(normals @ towards[2] > 0.0)
     light = towards.T @ np.array([-0.4, 0.6, 0.7]) / np.linalg.norm([-0.4, 0.6, 0.7])
-    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(normals[seen] @ light, 0.0, 1.0)
-    flat = PolyCollection(
-        list(corners[seen] @ towards[:2].T),
-        facecolors=np.clip(colors[seen] * brightness[:, None], 0.0, 1.0),
-        edgecolors="#00000055" if len(seen) <= MOST_EDGES else "face",
-        linewidths=0.25,
-        gid="surface",
-        rasterized=len(seen) > MOST_EDGES,
-    )
-    axes.add_collection(flat)
-    return flat
+    brightness = AMBIENT + (1.0 - AMBIENT) * np.clip(normals[front] @ light, 0.0, 1.0)
+    shaded = np.clip(colors[front] * brightness[:, None], 0.0, 1.0)
+    triangles, owners = triangles_of(faces.take(front))
+    buffer = DepthBuffer((points @ towards.T)[triangles])
+    shown = np.append(owners, -1)[buffer.owner]
+    # the face -1 is the background
+    picture = np.vstack([np.pad(shaded, ((0, 0), (0, 1)), constant_values=1.0), np.zeros(4)])[shown]
+    edges = _edges(shown.reshape(buffer.shape), normals[front], len(front) <= MOST_EDGES).ravel()
+    picture[edges, :3] *= EDGE
+    picture[edges, 3] = np.where(shown[edges] >= 0, 1.0, 1.0 - EDGE)
+    draw_picture(axes, picture.reshape(*buffer.shape, 4), buffer, gid="surface")
+    return buffer
+
+
+def draw_picture(axes: Axes, picture: FloatArray, buffer: DepthBuffer, **style: object) -> AxesImage:
+    """Draws the points of a buffer and returns the image; `picture` has its shape, or is RGBA values of that shape.
+
+    `style` goes to `Axes.imshow`, but its `gid` to the image.
+    """
+    gid = style.pop("gid", None)
+    image = axes.imshow(picture, extent=buffer.extent, origin="lower", interpolation="antialiased", **style)
+    image.set_gid(gid)
+    return image
+
+
+def triangles_of(faces: Faces) -> tuple[IntArray, IntArray]:
+    """Returns the nodes of the triangles of the faces, shape (n, 3), and the face of each, shape (n)."""
+    quads = np.flatnonzero(faces.n_corners == 4)
+    return faces.triangles, np.concatenate([np.arange(len(faces.nodes)), quads])
+
+
+def _edges(shown: IntArray, normals: FloatArray, has_all: bool) -> BoolArray:
+    """Returns the points of a picture where another face begins to the right or above; shape of `shown`.
+
+    `shown` is the face at each point, -1 for none. Without `has_all` only edges count where the `normals` of the faces
+    turn by more than 30 degrees, and the border of the bodies.
+    """
+    is_edge = np.zeros(shown.shape, dtype=bool)
+    for here, there, marked in (
+        (shown[:, :-1], shown[:, 1:], is_edge[:, :-1]),
+        (shown[:-1], shown[1:], is_edge[:-1]),
+    ):
+        differs = here != there
+        if not has_all:
+            turn = np.einsum("...i,...i->...", normals[here], normals[there])
+            differs &= (turn < SHARP) | (here < 0) | (there < 0)
+        marked |= differs
+    return is_edge
 
 
 def one_color(faces: Faces, color: str) -> FloatArray:
@@ -93,6 +133,8 @@ def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray
     axes.set_axis_off()
     origin = np.array([low[0] + 0.08 * size, low[1] - 0.2 * size])
     for name, direction in zip("xyz", towards[:2].T, strict=True):
+        if np.linalg.norm(direction) < SHORTEST:
+            continue
         end = origin + 0.1 * size * direction
         axes.annotate(
             "",
