@@ -10,11 +10,14 @@ from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.quiver import Quiver
 from pictures import check_picture, lines_of
 
+from signorom_post.arrays import Quantity
 from signorom_post.cli import main
+from signorom_post.mesh import Mesh
 from signorom_post.plots.check_bodies import check_bodies
 from signorom_post.plots.check_contact import check_contact
+from signorom_post.plots.loads import load_arrows
 from signorom_post.plots.surface import view
-from signorom_post.readers.check import CELL_FIELDS, NODE_NUMBERS, NODE_VECTORS, read_check
+from signorom_post.readers.check import CELL_FIELDS, NODE_NUMBERS, NODE_VECTORS, CheckFile, read_check
 from signorom_post.style import styled
 
 GAP, PUSH = 0.1, 3.0
@@ -143,7 +146,7 @@ def test_bodies_with_supports_and_loads(setup: Setup, tmp_path: Path) -> None:
     texts = [text.get_text() for text in legend.get_texts()]
     n_face = len(setup.top)
     zeros = ", ".join("0" for _ in range(setup.n_dim - 1))
-    assert f"loads, sum ({zeros}, {-PUSH * n_face:g}) N" in texts
+    assert f"loads of facets, sum ({zeros}, {-PUSH * n_face:g}) N" in texts
     assert f"$u_x$ = 0, {n_face} nodes" in texts
     assert [text for text in texts if text[0].isdigit()] == [
         "1  bottom",
@@ -152,11 +155,12 @@ def test_bodies_with_supports_and_loads(setup: Setup, tmp_path: Path) -> None:
         "4  top",
         "5  pin",
     ]
-    # the top is seen from above, and its loads end there
+    # the top is seen from above, and its loads end there, in the middles of its facets
     loads = next(item for item in collections(figure, Quiver, "load") if len(item.U))
     assert loads.pivot == "tip"
+    middles = [setup.points[nodes].mean(axis=0) for _, nodes, told in setup.rows if told.get("boundary") == 4]
     np.testing.assert_allclose(
-        np.sort(loads.get_offsets(), axis=0), np.sort(flat(setup, setup.points[setup.top]), axis=0)
+        np.sort(loads.get_offsets(), axis=0), np.sort(flat(setup, np.array(middles)), axis=0)
     )
     down = flat(setup, -np.eye(3)[setup.n_dim - 1 : setup.n_dim])[0]
     assert np.all(np.column_stack([loads.U, loads.V]) @ down > 0)
@@ -168,6 +172,66 @@ def test_bodies_with_supports_and_loads(setup: Setup, tmp_path: Path) -> None:
     else:
         # from below the whole bottom is seen
         assert len(marks[1]) == n_face
+
+
+def quadratic_edges(pressures: list[float]) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Edges of three nodes and length 2 along x, and the nodal forces of a pressure on each: 1/6, 4/6, 1/6 of it."""
+    n = len(pressures)
+    points = np.zeros((2 * n + 1, 3))
+    points[:, 0] = np.arange(2 * n + 1)
+    edges = [np.array([2 * i, 2 * i + 1, 2 * i + 2]) for i in range(n)]
+    forces = np.zeros_like(points)
+    for edge, pressure in zip(edges, pressures, strict=True):
+        forces[edge, 1] -= 2 * pressure * np.array([1, 4, 1]) / 6
+    return points, forces, edges
+
+
+def check_of(points: np.ndarray, forces: np.ndarray, edges: list[np.ndarray]) -> CheckFile:
+    """A set-up with nothing but boundary facets and loads."""
+    fields = {"kind": Quantity(np.full(len(edges), 2.0)), "load": Quantity(forces)}
+    return CheckFile(Path("check.h5"), Mesh(points, [], 2), "", edges, fields, {})
+
+
+def test_arrows_of_a_pressure_on_quadratic_edges_are_equal() -> None:
+    """Its nodal forces alternate; a facet's force is pressure times length, and unloaded facets have none."""
+    points, forces, edges = quadratic_edges([5.0, 5.0, 5.0, 0.0, 0.0])
+    arrows = load_arrows(check_of(points, forces, edges), np.zeros_like(points))
+    np.testing.assert_allclose(arrows.places[:, 0], [1, 3, 5])
+    # the node at the end of the load is not shared with the facet beside it
+    np.testing.assert_allclose(arrows.vectors[:, 1], [-10.0, -10.0, -10.0])
+
+
+def test_no_arrow_of_a_window_points_against_the_load() -> None:
+    """A window ends at a fifth of an edge: the last node's force, the integral of N, points outwards."""
+    points, forces, edges = quadratic_edges([5.0, 0.0])
+    cut = 0.2
+    x = cut * (np.arange(1000) + 0.5) / 1000
+    shapes = np.array([(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)])
+    forces[edges[1], 1] -= 2 * 5.0 * cut * shapes.mean(axis=1)
+    assert forces[4, 1] > 0
+    arrows = load_arrows(check_of(points, forces, edges), np.zeros_like(points))
+    assert (arrows.vectors[:, 1] < 0).all()
+    np.testing.assert_allclose(arrows.vectors.sum(axis=0), [0.0, -2 * 5.0 * (1 + cut), 0.0], rtol=1e-6)
+
+
+def test_force_of_a_point_stays_at_its_node() -> None:
+    points, forces, edges = quadratic_edges([0.0, 0.0])
+    forces[2, 1] = -7.0
+    arrows = load_arrows(check_of(points, forces, edges), np.zeros_like(points))
+    np.testing.assert_allclose(arrows.places, points[2:3])
+    np.testing.assert_allclose(arrows.vectors, forces[2:3])
+
+
+def test_numbers_of_boundaries_stand_apart(tmp_path: Path) -> None:
+    """Both sides of a wall thinner than the number: the second one moves along the wall."""
+    setup = Setup(2)
+    setup.points[:, 1] = np.where(setup.points[:, 1] > 0, GAP, setup.points[:, 1])
+    setup.points[setup.top, 1] = GAP + 0.06
+    with styled():
+        figure = check_bodies(read_check(setup.write(tmp_path)))
+    places = [text.get_position() for text in figure.axes[0].texts]
+    distances = [np.linalg.norm(np.subtract(a, b)) for i, a in enumerate(places) for b in places[:i]]
+    assert min(distances) > 0.06
 
 
 def test_contact_with_gaps_normals_and_partners(setup: Setup, tmp_path: Path) -> None:

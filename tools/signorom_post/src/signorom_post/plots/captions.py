@@ -14,6 +14,18 @@ VISIBLE_SHARE = 0.02
 LONGEST_TITLE = 24
 
 
+def wrapped(label: str, n_characters: int) -> str:
+    """Returns the label of a point in lines of up to `n_characters`, each of which ends behind a parameter."""
+    lines = [""]
+    for part in label.split(", "):
+        if lines[-1] and len(lines[-1]) + len(part) + 2 > n_characters:
+            lines[-1] += ","
+            lines.append(part)
+        else:
+            lines[-1] += f", {part}" if lines[-1] else part
+    return "\n".join(lines)
+
+
 def deformed_title(point: FieldPoint, scale: float) -> str:
     """Returns a title: the label of the point, and the factor `scale` of its displacement unless `scale` is 1.
 

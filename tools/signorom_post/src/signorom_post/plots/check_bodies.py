@@ -10,9 +10,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from signorom_post.arrays import FloatArray, IntArray, format_number
+from signorom_post.arrays import BoolArray, FloatArray, IntArray, format_number
+from signorom_post.mesh import Faces
+from signorom_post.plots.captions import wrapped
+from signorom_post.plots.depth_buffer import DepthBuffer
 from signorom_post.plots.drawing import draw_arrows, draw_cells, draw_edges, frame
-from signorom_post.plots.surface import AZIMUTH, ELEVATION, draw_surface, frame_surface, normals_of, view
+from signorom_post.plots.loads import NEGLIGIBLE, Arrows, load_arrows, nodal_arrows
+from signorom_post.plots.surface import draw_surface, frame_surface, normals_of, view
+from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.check import BODY, BOUNDARY, CheckFile
 from signorom_post.style import BLUE, GRAY, INK, VERMILLION, cluster_colors, new_figure
 
@@ -23,23 +28,25 @@ ARROW = 0.1
 #: shares of the longest arrow: on the outline of a body, an arrow longer than SMALL is stretched to at least SHORTEST,
 #: so that small loads are seen beside large ones; an arrow shorter than SMALL keeps its length
 SHORTEST, SMALL = 0.3, 0.01
-#: outer nodes have fewer than twice this number of arrows of one kind, and so have inner nodes: more would cover each
-#: other. Marks of supports are smaller if there are more marks than this
+#: there are fewer than twice this number of arrows of one kind on outlines, and inside: more would cover each other.
+#: Marks of supports are smaller if there are more marks than this
 MOST_ARROWS = 60
 #: matplotlib's markers of a prescribed component. In the plane they are carets that point along the component; in space
 #: they are dashes for x and y and a ring for z
 MARKS = (5, 6)
 SOLID_MARKS = ("_", "|", "o")
-#: a force below this share of the largest force is taken as a rounding error
-NEGLIGIBLE = 1e-9
+#: distances of the numbers of boundaries, from the outline and from each other, as shares of the size of the picture
+SHIFT, APART = 0.035, 0.06
+#: [characters] length of a line of the title in the plane and in space
+TITLES = (85, 105)
 
 
 def check_bodies(check: CheckFile) -> Figure:
     """Returns a figure of the bodies with supports, loads and boundaries, in the plane or in space.
 
-    A support is a mark for each prescribed component. Loads and prescribed displacements that are not zero are arrows,
-    of some nodes if there are many. Named boundaries have numbers. In space there are two views, from above and from
-    below. Neither shows what the bodies hide, nor marks and arrows on faces whose nodes all face another body.
+    A support is a mark for each prescribed component. Loads of facets and prescribed displacements that are not zero are
+    arrows, some of them if there are many. Named boundaries have numbers. In space there are two views from opposite
+    corners, the first one where most is seen of all bodies. Neither shows what the bodies hide.
     """
     return _solid(check) if check.mesh.n_dim == 3 else _plane(check)
 
@@ -59,11 +66,11 @@ def _plane(check: CheckFile) -> Figure:
     draw_edges(axes, points, mesh.boundary_edges, INK, 0.9)
     frame(axes, points, mesh.unit, check.axis_names[:2])
     outward = _outward_in_plane(check)
-    _number_boundaries(axes, check, points, np.arange(mesh.n_nodes), outward)
-    _draw_supports(axes, check, points)
-    _draw_arrows(axes, check, points, np.eye(3)[:2], outward)
+    _number_boundaries(axes, check, outward, np.eye(3), None)
+    _draw_supports(axes, check, points, np.ones(mesh.n_nodes, dtype=bool))
+    _draw_arrows(axes, check, outward, np.eye(3), None)
     _widen(axes, mesh.size)
-    axes.set_title(check.label)
+    axes.set_title(wrapped(check.label, TITLES[0]))
     axes.legend(
         handles=_handles(check, colors), loc="center left", bbox_to_anchor=(1.02, 0.5), labelspacing=0.6
     )
@@ -71,39 +78,38 @@ def _plane(check: CheckFile) -> Figure:
 
 
 def _solid(check: CheckFile) -> Figure:
-    """Two panels: the bodies seen from above, and seen from below on the other side."""
+    """Two panels: the bodies seen from the best corner, and from the opposite one."""
     mesh = check.mesh
     figure = new_figure(10.2, 4.6, has_equal_axes=True)
     faces, colors = mesh.outer_faces, _region_colors(check)
     rgb = np.array([to_rgb(color) for color in colors])
     regions = check["region"][check.indices(BODY)].astype(int)[faces.cells]
-    normals = normals_of(mesh.coordinates, faces)
-    outward = np.zeros((mesh.n_nodes, 3))
+    outward = _outward_in_space(check, faces)
+    azimuth, elevation = best_corner(mesh.coordinates, faces)
+    titles = ("from above", "from below, behind") if elevation > 0 else ("from below", "from above, behind")
+    looks = (view(azimuth, elevation), view(azimuth + 180.0, -elevation))
+    for axes, towards, title in zip(figure.subplots(1, 2), looks, titles, strict=True):
+        turned = mesh.coordinates @ towards.T
+        buffer = draw_surface(axes, mesh.coordinates, faces, rgb[regions - 1], towards)
+        frame_surface(axes, mesh.coordinates, mesh.unit, towards)
+        _number_boundaries(axes, check, outward, towards, buffer)
+        _draw_supports(axes, check, turned[:, :2], buffer.sees(turned))
+        _draw_arrows(axes, check, outward, towards, buffer)
+        axes.set_title(title)
+    figure.suptitle(wrapped(check.label, TITLES[1]), x=0.01, ha="left", fontsize=10)
+    figure.legend(handles=_handles(check, colors), loc="outside right center", labelspacing=0.6)
+    return figure
+
+
+def _outward_in_space(check: CheckFile, faces: Faces) -> FloatArray:
+    """Returns outward normals, not of unit length, at nodes of outer faces, else zero; shape (n_nodes, 3)."""
+    outward = np.zeros((check.mesh.n_nodes, 3))
+    normals = normals_of(check.mesh.coordinates, faces)
     for corner in range(4):
         np.add.at(outward, faces.nodes[:, corner], normals)
     middles, middle_normals = _middles(check, outward)
     np.add.at(outward, middles, middle_normals)
-    # nodes that face the other body: it hides them
-    met = np.flatnonzero((check["contact_side"] == 2) | (check["n_partners"] > 0))
-    is_covered = np.isin(faces.nodes, met).all(axis=1)
-    looks = (view(), view(AZIMUTH + 180.0, -ELEVATION))
-    for axes, towards, title in zip(
-        figure.subplots(1, 2), looks, ("from above", "from below, behind"), strict=True
-    ):
-        flat = mesh.coordinates @ towards[:2].T
-        draw_surface(axes, mesh.coordinates, faces, rgb[regions - 1], towards)
-        seen_middles = middles[middle_normals @ towards[2] > 0.0]
-        seen = np.union1d(faces.nodes[normals @ towards[2] > 0.0], seen_middles)
-        frame_surface(axes, mesh.coordinates, mesh.unit, towards)
-        _number_boundaries(axes, check, flat, seen, outward @ towards[:2].T)
-        free = np.unique(faces.nodes[(normals @ towards[2] > 0.0) & ~is_covered])
-        free = np.union1d(free, np.setdiff1d(seen_middles, met))
-        _draw_supports(axes, check, flat, free)
-        _draw_arrows(axes, check, flat, towards[:2], outward, free)
-        axes.set_title(title)
-    figure.suptitle(check.label, x=0.01, ha="left", fontsize=10)
-    figure.legend(handles=_handles(check, colors), loc="outside right center", labelspacing=0.6)
-    return figure
+    return outward
 
 
 def _middles(check: CheckFile, outward: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -148,41 +154,42 @@ def _outward_in_plane(check: CheckFile) -> FloatArray:
 
 
 def _number_boundaries(
-    axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray, outward: FloatArray
+    axes: Axes, check: CheckFile, outward: FloatArray, towards: FloatArray, buffer: DepthBuffer | None
 ) -> None:
     """Writes the number of each named boundary next to its middle node, shifted into the body.
 
-    `flat`: places of the nodes in the picture; `seen`: nodes that the viewer sees; `outward`: outward normals in the
-    picture. Only facets whose nodes are all seen count; a boundary without them gets no number.
+    If another number is there, it stands at the nearest node of the boundary that is free. Only facets whose middle the
+    viewer sees count; a boundary without them gets no number. `outward`, `towards`, `buffer`: see `_draw_arrows`.
     """
-    shift = 0.035 * float(np.ptp(flat, axis=0).max())
+    points = check.mesh.coordinates
+    flat, aside = points @ towards[:2].T, outward @ towards[:2].T
+    size = float(np.ptp(flat, axis=0).max())
+    lengths = np.maximum(np.linalg.norm(aside, axis=1), np.finfo(float).tiny)
+    inside = flat - SHIFT * size * aside / lengths[:, None]
+    taken = np.full((1, 2), np.inf)
     for number in range(1, len(check.names["boundaries"]) + 1):
-        cells = [cell for cell in check.of(BOUNDARY, boundary=number) if np.isin(cell, seen).all()]
+        cells = check.of(BOUNDARY, boundary=number)
+        if buffer is not None and cells:
+            middles = np.array([points[cell].mean(axis=0) for cell in cells])
+            cells = [cells[i] for i in np.flatnonzero(buffer.sees(middles @ towards.T))]
         if not cells:
             continue
         nodes = np.unique(np.concatenate(cells))
-        places = flat[nodes]
-        node = nodes[np.argmin(np.linalg.norm(places - places.mean(axis=0), axis=1))]
-        direction = -outward[node, :2] / max(float(np.linalg.norm(outward[node, :2])), np.finfo(float).tiny)
+        far = np.linalg.norm(flat[nodes] - flat[nodes].mean(axis=0), axis=1)
+        room = np.linalg.norm(inside[nodes, None] - taken, axis=2).min(axis=1)
+        # without a free node the middle one, too
+        place = inside[nodes[np.lexsort((far, room < APART * size))[0]]]
+        taken = np.vstack([taken, place])
         box = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": GRAY, "linewidth": 0.6}
-        axes.text(
-            *(flat[node] + shift * direction),
-            str(number),
-            ha="center",
-            va="center",
-            fontsize=7,
-            bbox=box,
-            zorder=7,
-        )
+        axes.text(*place, str(number), ha="center", va="center", fontsize=7, bbox=box, zorder=7)
 
 
-def _draw_supports(axes: Axes, check: CheckFile, flat: FloatArray, seen: IntArray | None = None) -> None:
-    """Draws one mark per node and prescribed component, at the nodes `seen` (default: all); `flat`: places of nodes."""
+def _draw_supports(axes: Axes, check: CheckFile, flat: FloatArray, seen: BoolArray) -> None:
+    """Draws one mark per prescribed component at the nodes that are `seen`; `flat`: places of the nodes."""
     for component in range(check.mesh.n_dim):
-        nodes = np.flatnonzero(check["prescribed"][:, component])
-        style = _support_style(check, component, len(nodes))
-        nodes = nodes if seen is None else np.intersect1d(nodes, seen)
-        axes.plot(*flat[nodes].T, zorder=5, gid=f"support {component}", **style)
+        is_held = check["prescribed"][:, component] != 0
+        style = _support_style(check, component, int(is_held.sum()))
+        axes.plot(*flat[is_held & seen].T, zorder=5, gid=f"support {component}", **style)
 
 
 def _support_style(check: CheckFile, component: int, n_nodes: int) -> dict[str, Any]:
@@ -198,41 +205,42 @@ def _support_style(check: CheckFile, component: int, n_nodes: int) -> dict[str, 
 
 
 def _draw_arrows(
-    axes: Axes,
-    check: CheckFile,
-    flat: FloatArray,
-    directions: FloatArray,
-    outward: FloatArray,
-    seen: IntArray | None = None,
+    axes: Axes, check: CheckFile, outward: FloatArray, towards: FloatArray, buffer: DepthBuffer | None
 ) -> None:
-    """Draws loads and prescribed displacements as arrows, at some of the nodes `seen` (default: all) if they are many.
+    """Draws loads and prescribed displacements as arrows: those that the viewer sees, and not all if they are many.
 
-    An arrow ends at its node where it points into the body, and starts there where it points out of the body.
-    `flat`, shape (n_nodes, 2): places of the nodes in the picture; `directions`, shape (2, 3): its two axes in space;
-    `outward`, shape (n_nodes, 3): outward normals, zero at nodes inside of the bodies.
+    An arrow ends at its place where it points into the body, and starts there where it points out of the body.
+    `outward`, shape (n_nodes, 3): outward normals, zero at nodes inside of the bodies; `towards`: see `view`; `buffer`
+    knows what the viewer sees; None: everything.
     """
-    for name, color in (("load", VERMILLION), ("prescribed_displacement", BLUE)):
-        vectors = check[name]
-        sizes = np.linalg.norm(vectors, axis=1)
-        if not sizes.max(initial=0.0) > 0.0:
+    found = {
+        "load": (load_arrows(check, outward), VERMILLION),
+        "prescribed_displacement": (nodal_arrows(check, "prescribed_displacement", outward), BLUE),
+    }
+    for name, (arrows, color) in found.items():
+        if not len(arrows.places):
             continue
-        nodes = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max())
-        if seen is not None:
-            nodes = np.intersect1d(nodes, seen)
-        is_outer = np.any(outward[nodes], axis=1)
-        nodes = np.concatenate([_some(nodes[is_outer]), _some(nodes[~is_outer])])
-        is_stretched = (sizes > SMALL * sizes.max()) & np.any(outward, axis=1)
-        lengths = np.where(is_stretched, np.maximum(sizes, SHORTEST * sizes.max()), sizes)
-        stretch = lengths[nodes] / (sizes[nodes] * sizes.max())
-        arrows = ARROW * check.mesh.size * (vectors[nodes] * stretch[:, None]) @ directions.T
-        pushes = np.einsum("ij,ij->i", vectors[nodes], outward[nodes]) < 0.0
-        for chosen, pivot in ((pushes, "tip"), (~pushes, "tail")):
+        seen = np.ones(len(arrows.places), bool) if buffer is None else buffer.sees(arrows.places @ towards.T)
+        is_outer = np.any(arrows.outward, axis=1)
+        chosen = np.concatenate([_some(np.flatnonzero(seen & kind)) for kind in (is_outer, ~is_outer)])
+        drawn = ARROW * check.mesh.size * _stretched(arrows, is_outer) @ towards[:2].T
+        pushes = np.einsum("ij,ij->i", arrows.vectors, arrows.outward)[chosen] < 0.0
+        for which, pivot in ((chosen[pushes], "tip"), (chosen[~pushes], "tail")):
             style = {"pivot": pivot, "zorder": 6, "clip_on": False}
-            draw_arrows(axes, flat[nodes[chosen]], arrows[chosen], color, name, **style)
+            draw_arrows(axes, (arrows.places @ towards[:2].T)[which], drawn[which], color, name, **style)
 
 
-def _some(nodes: IntArray) -> IntArray:
-    return nodes[:: max(1, len(nodes) // MOST_ARROWS)]
+def _stretched(arrows: Arrows, is_outer: BoolArray) -> FloatArray:
+    """Returns the vectors over the size of the largest one; small ones on outlines are longer, see SHORTEST."""
+    sizes = np.linalg.norm(arrows.vectors, axis=1)
+    largest = max(float(sizes.max()), np.finfo(float).tiny)
+    is_stretched = (sizes > SMALL * largest) & is_outer
+    lengths = np.where(is_stretched, np.maximum(sizes, SHORTEST * largest), sizes)
+    return arrows.vectors * (lengths / (np.maximum(sizes, np.finfo(float).tiny) * largest))[:, None]
+
+
+def _some(which: IntArray) -> IntArray:
+    return which[:: max(1, len(which) // MOST_ARROWS)]
 
 
 def _widen(axes: Axes, size: float) -> None:
@@ -255,7 +263,7 @@ def _handles(check: CheckFile, colors: list[Any]) -> list[Patch | Line2D]:
             handles.append(Line2D([], [], label=label, **_support_style(check, component, 1)))
     for name, color, text in (
         ("prescribed_displacement", BLUE, "prescribed displacement"),
-        ("load", VERMILLION, "loads, sum "),
+        ("load", VERMILLION, "loads of facets, sum "),
     ):
         vectors, unit = check[name], check.fields[name].unit
         if np.any(vectors):
