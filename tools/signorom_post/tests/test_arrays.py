@@ -3,7 +3,14 @@
 
 import pytest
 
-from signorom_post.arrays import as_number, format_number, power_of_ten, with_unit
+from signorom_post.arrays import (
+    as_number,
+    format_number,
+    power_of_ten,
+    pressure_unit,
+    with_unit,
+    without_unit_one,
+)
 
 
 @pytest.mark.parametrize(
@@ -47,3 +54,33 @@ def test_numbers_have_four_digits(value: float, text: str) -> None:
 def test_labels_have_their_unit() -> None:
     assert with_unit("x", "mm") == "x [mm]"
     assert with_unit("ratio", "-") == with_unit("ratio", "1") == with_unit("ratio", "") == "ratio"
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("nu = 0.3 1", "nu = 0.3"),
+        ("P = 1 MPa, nu = 1e-05 1, n = 1", "P = 1 MPa, nu = 1e-05, n = 1"),
+        ("nu = 0.33 1: 1.9E-08, 4 active pairs", "nu = 0.33: 1.9E-08, 4 active pairs"),
+        ("P = 3 1/m, q = 2 10", "P = 3 1/m, q = 2 10"),
+    ],
+)
+def test_the_unit_one_is_not_shown(text: str, shown: str) -> None:
+    assert without_unit_one(text) == shown
+
+
+@pytest.mark.parametrize(
+    ("force", "length", "unit"),
+    [
+        ("N", "mm", "MPa"),
+        ("N", "m", "Pa"),
+        ("N/mm", "mm", "MPa"),
+        ("N/m", "m", "Pa"),
+        ("kN", "m", "kN/m²"),
+        ("kN/m", "m", "kN/m²"),
+        ("", "mm", ""),
+    ],
+)
+def test_unit_of_a_pressure(force: str, length: str, unit: str) -> None:
+    """1 N/mm² is 1 MPa; a force per length over a length is a pressure, too."""
+    assert pressure_unit(force, length) == unit

@@ -139,33 +139,35 @@ def test_multipliers(fields: FieldFile, results: Results, disks: HalfDisks, tmp_
     (axes,) = figure.axes
     x = disks.coordinates[disks.first_nodes, 0]
     order = np.argsort(x)
-    curves = [line for line in axes.lines if line.get_linestyle() == "-" and line.get_gid() is None][1:]
+    curves = lines_of(axes, "full order")
     assert len(curves) == len(POINTS)
     for i_point, squeeze in enumerate(POINTS):
         np.testing.assert_array_equal(curves[i_point].get_xdata(), x[order])
         np.testing.assert_array_equal(curves[i_point].get_ydata(), disks.multipliers(squeeze)[order])
         on_rid = lines_of(axes, "reduced")[i_point]
         expected = reduced_multipliers(disks, squeeze)
-        np.testing.assert_array_equal(on_rid.get_xdata(), x[disks.reduced_rows])
-        np.testing.assert_array_equal(on_rid.get_ydata(), expected[disks.reduced_rows])
+        is_on_rid = np.isin(order, disks.reduced_rows)
+        np.testing.assert_array_equal(on_rid.get_xdata(), x[order][is_on_rid])
+        np.testing.assert_array_equal(on_rid.get_ydata(), expected[order][is_on_rid])
         other = lines_of(axes, "reconstructed")[i_point]
-        is_other = ~np.isin(np.arange(len(x)), disks.reduced_rows) & (expected > 0)
-        np.testing.assert_array_equal(other.get_ydata(), expected[is_other])
+        is_other = ~is_on_rid & (expected[order] > 0)
+        np.testing.assert_array_equal(other.get_ydata(), expected[order][is_other])
         assert other.get_alpha() < 1.0
         assert on_rid.get_color() == curves[i_point].get_color()
     assert len({to_hex(curve.get_color()) for curve in curves}) == len(POINTS)
     assert axes.get_ylabel() == r"multiplier $\lambda$ [N/m]"
     assert axes.get_xlabel() == "position on the contact surface, $x$ [m]"
-    assert axes.get_legend().get_title().get_text() == "squeeze [m]"
-    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["0.2", "0.3", "0.4"]
+    kinds, points = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
+    assert kinds == ["full order", "HHR, on the RID", "HHR, reconstructed"]
+    assert points == ["squeeze = 0.2 m", "squeeze = 0.3 m", "squeeze = 0.4 m"]
 
 
 def test_multipliers_of_many_points_are_thinned_out(tmp_path: Path) -> None:
     write_fields(tmp_path / "fields.h5", HalfDisks(), tuple(np.round(np.linspace(0.2, 0.4, 11), 3)))
     with styled():
         figure = multipliers(read_fields(tmp_path / "fields.h5"))
-    texts = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-    assert texts == ["0.2", "0.24", "0.28", "0.32", "0.36", "0.4"]
+    texts = [text.get_text() for text in figure.legends[1].get_texts()]
+    assert texts == [f"squeeze = {value}" for value in (0.2, 0.24, 0.28, 0.32, 0.36, 0.4)]
 
 
 def test_multipliers_without_a_reduced_model_have_no_markers_in_the_legend(folder: Path) -> None:

@@ -2,6 +2,7 @@
 """Array types for annotations, values with their unit, and texts of numbers."""
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,9 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 TextArray = NDArray[np.str_]
+
+#: units of a number without a unit
+NO_UNITS = ("", "-", "1")
 
 
 @dataclass(frozen=True)
@@ -57,4 +61,19 @@ def power_of_ten(value: float) -> str:
 
 def with_unit(text: str, unit: str) -> str:
     """Returns a label for an axis, such as `x [m]`, or only the text if the unit is empty, `-` or `1`."""
-    return f"{text} [{unit}]" if unit not in ("", "-", "1") else text
+    return f"{text} [{unit}]" if unit not in NO_UNITS else text
+
+
+def without_unit_one(text: str) -> str:
+    """Returns a text of parameters without the unit 1: `nu = 0.3` for `nu = 0.3 1`."""
+    return re.sub(r"(= [-+.\deE]+) 1(?=[,:;]|$)", r"\1", text)
+
+
+def pressure_unit(force: str, length: str) -> str:
+    """Returns the unit of a pressure: Pa or MPa, else such as kN/m²; empty without a unit of forces.
+
+    `force` is the unit of a force or, in plane models, of a force per length, such as N/mm.
+    """
+    name = force.removesuffix(f"/{length}")
+    known = {("N", "m"): "Pa", ("N", "mm"): "MPa"}
+    return known.get((name, length), f"{name}/{length}²" if name else "")

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from signorom_post.arrays import without_unit_one
 from signorom_post.errors import InputError, MissingFileError
 from signorom_post.log import Log
 from signorom_post.plots.clusters import clusters
@@ -103,7 +104,7 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
     if wanted.isascii() and wanted.isdigit() and 1 <= int(wanted) <= len(fields.points):
         return fields.points[int(wanted) - 1]
     for point in fields.points:
-        if point.label == wanted:
+        if point.label == without_unit_one(wanted):
             return point
     known = ", ".join(f"{i} ({point.label})" for i, point in enumerate(fields.points, start=1))
     raise InputError(fields.path, f"there is no point '{wanted}'; the file has {known}")
@@ -160,7 +161,7 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
     if fields.mesh.n_dim == 3:
         yield "", contact_surface(fields)
     else:
-        yield "", multipliers(fields, results.model_if_present, _axis_names(results))
+        yield "", multipliers(fields, results.model_if_present, _axis_names(results), results.surfaces)
 
 
 def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from signorom_post.arrays import NO_UNITS
 from signorom_post.check import follow_pictures
 from signorom_post.figures import FigureOptions, follow_figures
 from signorom_post.log import Log
@@ -125,7 +126,7 @@ def _parameters(report: dict[str, Any]) -> Iterator[str]:
             name,
             value_text(mapping(told).get("min")),
             value_text(mapping(told).get("max")),
-            told.get("unit", ""),
+            "" if str(told.get("unit", "")) in NO_UNITS else told["unit"],
         ]
         for name, told in parameters.items()
         if isinstance(told, dict)

@@ -11,6 +11,7 @@ from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import Model, read_model
 from signorom_post.readers.report import read_report
 from signorom_post.readers.snapshots import SnapshotSet, read_snapshots
+from signorom_post.readers.surfaces import ContactSurfaces, read_surfaces, surfaces_of_fields
 from signorom_post.readers.validation import Validation, read_validation
 
 
@@ -42,6 +43,17 @@ class Results:
     def model(self) -> Model:
         """Contents of model.h5, read at the first use; InputError if the file is missing or cannot be used."""
         return read_model(self.folder / "model.h5")
+
+    @cached_property
+    def surfaces(self) -> ContactSurfaces:
+        """Contact surfaces of contact.h5 or, if there is no such file, of fields.h5, read at the first use.
+
+        InputError if a file cannot be used.
+        """
+        try:
+            return read_surfaces(self.folder / "contact.h5", self.fields)
+        except MissingFileError:
+            return surfaces_of_fields(self.fields)
 
     @property
     def model_if_present(self) -> Model | None:

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from signorom_post.arrays import as_number, format_number
+from signorom_post.arrays import as_number, format_number, without_unit_one
 
 #: key of the report, or section/key -> name in the table; other keys are shown with blanks in place of underscores
 NAMES = {
@@ -193,7 +193,7 @@ def value_text(value: Any) -> str:
     """Returns the text of a value of the report.
 
     That is `-` for none, yes or no, a whole number with all digits, another number (also a text that is a number) with
-    four significant digits, the values of a list with semicolons, and else the text itself.
+    four significant digits, the values of a list with semicolons, and else the text itself, without the unit 1.
     """
     if value is None:
         return ABSENT
@@ -203,7 +203,7 @@ def value_text(value: Any) -> str:
         return "; ".join(value_text(item) for item in value)
     number = as_number(value)
     if number is None or isinstance(value, int):
-        return str(value)
+        return without_unit_one(str(value))
     return format_number(number)
 
 

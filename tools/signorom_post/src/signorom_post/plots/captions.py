@@ -5,13 +5,16 @@ import math
 
 import numpy as np
 
-from signorom_post.arrays import FloatArray, format_number
+from signorom_post.arrays import NO_UNITS, FloatArray, format_number
 from signorom_post.readers.fields import FieldPoint
+from signorom_post.readers.model import Model
 
 #: displacements are magnified if the largest component is below this share of the size of the mesh
 VISIBLE_SHARE = 0.02
 #: [characters] a label of a point that is longer is broken into one line per parameter
 LONGEST_TITLE = 24
+#: [characters] a longer name of a contact is broken between its surfaces
+LONGEST_NAME = 36
 
 
 def wrapped(label: str, n_characters: int) -> str:
@@ -24,6 +27,31 @@ def wrapped(label: str, n_characters: int) -> str:
         else:
             lines[-1] += f", {part}" if lines[-1] else part
     return "\n".join(lines)
+
+
+def point_texts(points: list[FieldPoint], model: Model | None, n_characters: int) -> list[str]:
+    """Returns a text for each point: the parameters in which the points differ, with units, all of a single point.
+
+    Lines have up to `n_characters`. Units that the points do not have come from `model`.
+    """
+    values = np.array([point.parameters for point in points])
+    differs = np.flatnonzero((values != values[0]).any(axis=0))
+    which = differs if differs.size else np.arange(values.shape[1])
+    return [
+        wrapped(", ".join(_parameter_text(point, i, model) for i in which), n_characters) for point in points
+    ]
+
+
+def _parameter_text(point: FieldPoint, i: int, model: Model | None) -> str:
+    name = point.parameter_names[i]
+    unit = point.parameter_units[i] if point.parameter_units else model.unit_of(name) if model else ""
+    text = f"{name} = {format_number(point.parameters[i])}"
+    return text if unit in NO_UNITS else f"{text} {unit}"
+
+
+def surface_title(name: str) -> str:
+    """Returns the name of a contact as a title: in two lines if it is long."""
+    return name.replace(" - ", " -\n", 1) if len(name) > LONGEST_NAME else name
 
 
 def deformed_title(point: FieldPoint, scale: float) -> str:

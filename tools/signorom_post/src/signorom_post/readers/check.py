@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from signorom_post.arrays import FloatArray, IntArray, Quantity
+from signorom_post.arrays import FloatArray, IntArray, Quantity, without_unit_one
 from signorom_post.errors import InputError
 from signorom_post.mesh import Mesh
 from signorom_post.readers.hdf5_input import Hdf5Input
@@ -112,7 +112,7 @@ def _read(file: Hdf5Input) -> CheckFile:
     for entry in range(1, len(names["contacts"]) + 1):
         if not np.any((fields["contact"].values == entry) & (fields["side"].values == 1)):
             raise file.fail(f"contact {entry} has no first surface")
-    label = str(file.attribute("/points/0001", "label") or "")
+    label = without_unit_one(str(file.attribute("/points/0001", "label") or ""))
     return CheckFile(file.path, mesh, label, drawn, fields, names)
 
 

@@ -2,12 +2,12 @@
 """Reads fields.h5: the mesh, and the fields of some parameter points."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from signorom_post.arrays import FloatArray, IntArray, Quantity, format_number
+from signorom_post.arrays import FloatArray, IntArray, Quantity, format_number, without_unit_one
 from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
 from signorom_post.mesh import Faces, Mesh
@@ -54,6 +54,8 @@ class FieldPoint:
     #: dataset name -> field. Shapes: of nodes (n_nodes) or (n_nodes, 3), of cells (n_cells) or (n_cells, n), of contact
     #: rows (n_contacts)
     fields: Mapping[str, Quantity]
+    #: unit of each parameter; empty if the file does not tell them
+    parameter_units: list[str] = field(default_factory=list)
 
     @property
     def reduced_rows(self) -> IntArray:
@@ -167,7 +169,9 @@ def _read_point(file: Hdf5Input, group: str, lengths: dict[str, int], in_memory:
         fields = {name: _read_field(file, group, name, lengths) for name in datasets}
     else:
         fields = StoredFields(file.path, group, file.names(group), lengths)
-    return FieldPoint(str(label), names, values, fields)
+    units = file.attribute(group, "parameter_units")
+    known = units if isinstance(units, list) and len(units) == len(names) else []
+    return FieldPoint(without_unit_one(str(label)), names, values, fields, known)
 
 
 def _field_lengths(mesh: Mesh, n_contacts: int) -> dict[str, int]:
