@@ -6,7 +6,9 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib import colormaps
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
 from matplotlib.quiver import Quiver
 from pictures import check_picture, lines_of
 
@@ -18,7 +20,7 @@ from signorom_post.plots.check_contact import check_contact
 from signorom_post.plots.loads import load_arrows
 from signorom_post.plots.surface import view
 from signorom_post.readers.check import CELL_FIELDS, NODE_NUMBERS, NODE_VECTORS, CheckFile, read_check
-from signorom_post.style import styled
+from signorom_post.style import SEQUENTIAL, styled
 
 GAP, PUSH = 0.1, 3.0
 XDMF = {("point", 1): 1, ("line", 2): 2, ("quad", 4): 5, ("box", 8): 9}
@@ -241,11 +243,19 @@ def test_contact_with_gaps_normals_and_partners(setup: Setup, tmp_path: Path) ->
         check_picture(figure, tmp_path / "contact.png")
     title = figure.axes[0].get_title("left") if setup.n_dim == 2 else figure.get_suptitle()
     assert title == "contact 1: lower_face - upper_face"
-    kind = LineCollection if setup.n_dim == 2 else PolyCollection
-    surface = collections(figure, kind, "first")[-1]
     gaps = setup.fields()["gap"]
     expected = [np.nanmean(gaps[nodes]) for _, nodes, labels in setup.rows if labels.get("side") == 1]
-    np.testing.assert_allclose(surface.get_array(), expected)
+    if setup.n_dim == 2:
+        (surface,) = collections(figure, LineCollection, "first")
+        np.testing.assert_allclose(surface.get_array(), expected)
+    else:
+        # the gap is GAP + x: three colors along x, those of the middles of the facets
+        (image,) = [image for image in figure.axes[1].images if image.get_gid() == "first"]
+        middle = np.asarray(image.get_array())[image.get_array().shape[0] // 6]
+        shares = np.array([1 / 6, 1 / 2, 5 / 6])
+        colors = middle[(len(middle) * shares).astype(int)]
+        norm = Normalize(gaps[setup.owners].min(), gaps[setup.owners].max())
+        np.testing.assert_allclose(colors, colormaps[SEQUENTIAL](norm(GAP + shares)), atol=1e-12)
     (normals,) = collections(figure, Quiver, "normals")
     places = {tuple(np.round(place, 9)) for place in flat(setup, setup.points[setup.owners])}
     assert {tuple(np.round(place, 9)) for place in normals.get_offsets()} == places

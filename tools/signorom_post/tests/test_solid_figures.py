@@ -13,8 +13,10 @@ from pictures import check_picture
 
 from signorom_post.arrays import Quantity
 from signorom_post.mesh import Mesh
+from signorom_post.plots.pressure_maps import pressure_maps
 from signorom_post.plots.reduced_domain import reduced_domain
-from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
+from signorom_post.plots.sheet import lay_out
+from signorom_post.plots.solid_figures import initial_and_deformed_solid
 from signorom_post.plots.surface import draw_surface, frame_surface, view
 from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.fields import FieldFile, FieldPoint
@@ -165,18 +167,50 @@ def test_the_view_shows_the_small_body() -> None:
 
 @pytest.mark.parametrize("element", ["H8", "T4"])
 def test_contact_pressure_on_the_surface(tmp_path: Path, element: str) -> None:
-    """Force over area is x; the reduced model has half of it."""
+    """Force over area is x; the reduced model has half of it. The face looks along z: the picture is over x and y."""
     fields = cubes_with_fields(element)
     with styled():
-        figure = contact_surface(fields)
+        figure = pressure_maps(fields)
         check_picture(figure, tmp_path / "figure.png")
-    full, reduced = (
-        next(c for c in axes.collections if c.get_gid() == name)
-        for axes, name in zip(figure.axes, ("multipliers_full_order", "multipliers_reduced"), strict=False)
-    )
-    points = fields.mesh.coordinates[fields.contact.owners]
-    np.testing.assert_allclose(full.get_array(), points[:, 0])
-    np.testing.assert_allclose(reduced.get_array(), 0.5 * full.get_array())
+    names = ("multipliers_full_order", "multipliers_reduced")
+    for axes, name, factor in zip(figure.axes, names, (1.0, 0.5), strict=False):
+        (image,) = [image for image in axes.images if image.get_gid() == name]
+        left, right, *_ = image.get_extent()
+        pressure = image.get_array()
+        n_columns = pressure.shape[1]
+        x = left + (right - left) * (np.arange(n_columns) + 0.5) / n_columns
+        is_inside = (x > 0.01) & (x < 0.99)
+        assert not pressure.mask[10:-10, is_inside].any()
+        np.testing.assert_allclose(pressure[10:-10, is_inside].mean(axis=0), factor * x[is_inside], atol=1e-9)
+    assert figure.axes[2].get_ylabel() == "contact pressure [MPa]"
+
+
+def test_an_inclined_surface_is_seen_from_its_front() -> None:
+    """A square that rises by 45 degrees along x, with the body below it."""
+    points = np.array([[0.0, 0, 0], [1, 0, 1], [1, 1, 1], [0, 1, 0]])
+    up = np.tile([0.0, 0.0, 1.0], (4, 1))
+    sheet = lay_out(points, [np.array([0, 3, 2, 1])], up, np.ones(4))
+    np.testing.assert_allclose(sheet.towards[2], np.array([-1, 0, 1]) / np.sqrt(2), atol=1e-12)
+    np.testing.assert_allclose(np.sort(sheet.size), [1.0, np.sqrt(2)])
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_bore_is_seen_from_aside_where_it_is_loaded(axis: int, side: float) -> None:
+    """Seen along its axis a bore would be a circle. The loaded wall looks back to the axis of the bore."""
+    angles = np.linspace(0, 2 * np.pi, 25)[:-1]
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(24)])
+    points = np.roll(np.vstack([ring, ring + [0, 0, 1]]), axis + 1, axis=1)
+    facets = [np.array([i, (i + 1) % 24, 24 + (i + 1) % 24, 24 + i]) for i in range(24)]
+    inwards = -np.roll(np.vstack([ring, ring]), axis + 1, axis=1)
+    across = (axis + 1) % 3
+    loaded = (side * points[:, across] > 0.5).astype(float)
+    sheet = lay_out(points, facets, inwards, loaded)
+    assert not sheet.is_whole
+    assert sheet.names is None
+    assert abs(sheet.towards[2, axis]) < 0.9
+    assert side * sheet.towards[2, across] < 0.0
+    assert np.isin(np.flatnonzero(loaded), sheet.nodes).mean() > 0.7
 
 
 def test_reduced_domain_in_three_dimensions(tmp_path: Path) -> None:

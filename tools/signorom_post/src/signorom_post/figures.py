@@ -15,9 +15,10 @@ from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
+from signorom_post.plots.pressure_maps import pressure_maps
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import singular_values
-from signorom_post.plots.solid_figures import contact_surface, initial_and_deformed_solid
+from signorom_post.plots.solid_figures import initial_and_deformed_solid
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.results import Results
 from signorom_post.style import save, styled
@@ -159,7 +160,7 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
     if fields.contact.n_rows == 0:
         raise NotDrawableError(f"{fields.path}: there are no contact pairs")
     if fields.mesh.n_dim == 3:
-        yield "", contact_surface(fields)
+        yield "", pressure_maps(fields, results.model_if_present, results.surfaces)
     else:
         yield "", multipliers(fields, results.model_if_present, _axis_names(results), results.surfaces)
 

@@ -49,9 +49,9 @@ def _parameter_text(point: FieldPoint, i: int, model: Model | None) -> str:
     return text if unit in NO_UNITS else f"{text} {unit}"
 
 
-def surface_title(name: str) -> str:
-    """Returns the name of a contact as a title: in two lines if it is long."""
-    return name.replace(" - ", " -\n", 1) if len(name) > LONGEST_NAME else name
+def surface_title(name: str, longest: int = LONGEST_NAME) -> str:
+    """Returns the name of a contact as a title: in two lines if it has more than `longest` characters."""
+    return name.replace(" - ", " -\n", 1) if len(name) > longest else name
 
 
 def deformed_title(point: FieldPoint, scale: float) -> str:

@@ -15,7 +15,8 @@ from matplotlib.lines import Line2D
 
 from signorom_post.arrays import FloatArray, IntArray, format_number, with_unit
 from signorom_post.plots.drawing import draw_arrows, draw_cells, draw_edges, frame
-from signorom_post.plots.surface import frame_surface, view
+from signorom_post.plots.sheet import color_facets, frame_sheet, lay_out, sheet_from_corner
+from signorom_post.plots.surface import frame_surface
 from signorom_post.readers.check import LINK, SURFACE, CheckFile
 from signorom_post.style import BLUE, BODY, GRAY, INK, LIGHT_GRAY, ORANGE, SEQUENTIAL, VERMILLION, new_figure
 
@@ -61,7 +62,7 @@ def _plane(check: CheckFile, entry: int) -> Figure:
     lines.set(cmap=GAPS, norm=gaps, array=_of_facets(check, first))
     axes.add_collection(lines)
     _draw_normals(axes, check, entry, points, np.eye(3)[:2], NORMAL * size)
-    _mark_nodes(axes, check, entry, points)
+    _mark_nodes(axes, check, entry, points, nodes)
     frame(axes, points[nodes], check.mesh.unit, check.axis_names[:2])
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
@@ -70,63 +71,45 @@ def _plane(check: CheckFile, entry: int) -> Figure:
 
 
 def _solid(check: CheckFile, entry: int) -> Figure:
-    """Left: both surfaces at their places. Right: the first surface alone, projected on a coordinate plane."""
-    points, towards = check.mesh.coordinates, view()
+    """Left: both surfaces at their places, from a corner. Right: the first surface alone, from its front."""
+    points = check.mesh.coordinates
     first, second = check.of(SURFACE, contact=entry, side=1), check.of(SURFACE, contact=entry, side=2)
     nodes = np.unique(np.concatenate(first + second))
     size = float(np.ptp(points[nodes], axis=0).max())
-    flat = points @ towards[:2].T
     gaps = _gap_colors(check, entry)
+    aside = sheet_from_corner(points, first)
+    flat = aside.flat
     figure = new_figure(10.6, 4.8, has_equal_axes=True)
     left, right = figure.subplots(1, 2)
+    color_facets(left, aside, _of_facets(check, first), GAPS, gaps, "first at its place")
     left.add_collection(
         PolyCollection(
             [flat[face] for face in second], facecolors="none", edgecolors=ORANGE, linewidths=0.7, zorder=3
         )
     )
-    _add_faces(left, check, [first[i] for i in _far_first(points, first, towards[2])], flat, gaps)
     _draw_links(left, check, entry, flat)
-    _draw_normals(left, check, entry, flat, towards[:2], 2.0 * NORMAL * size)
-    frame_surface(left, np.vstack([points[nodes], _room(flat[nodes], points[nodes])]), check.mesh.unit)
-    plane, names = _laid_flat(points, first)
-    _add_faces(right, check, first, plane, gaps)
-    _mark_nodes(right, check, entry, plane)
-    frame(right, plane[np.unique(np.concatenate(first))], check.mesh.unit, names)
-    right.set_title("first surface alone")
+    _draw_normals(left, check, entry, flat, aside.towards[:2], 2.0 * NORMAL * size)
+    room = _room(flat[nodes], points[nodes], aside.towards)
+    frame_surface(left, np.vstack([points[nodes], room]), check.mesh.unit, aside.towards)
+    alone = lay_out(points, first, check["contact_normal"], np.ones(len(points)))
+    color_facets(right, alone, _of_facets(check, first), GAPS, gaps, "first")
+    _mark_nodes(right, check, entry, alone.flat, alone.nodes)
+    frame_sheet(right, alone, check.mesh.unit)
+    right.set_title("first surface alone" + ("" if alone.is_whole else ", one side of it"))
     _finish(figure, left, check, entry, gaps)
     return figure
 
 
-def _room(flat: FloatArray, points: FloatArray) -> FloatArray:
+def _room(flat: FloatArray, points: FloatArray, towards: FloatArray) -> FloatArray:
     """Returns two points that widen the picture of a surface which the viewer sees from the side; shape (2, 3).
 
-    `points` are nodes of the surface, and `flat` their places in the picture.
+    `points` are nodes of the surface, and `flat` their places in the picture that `towards` gives.
     """
     width, height = np.ptp(flat, axis=0)
-    aside = 0.5 * max(width, LEAST_WIDTH * height) * view()[0]
-    middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0)) @ view()[:2]
-    depth = (points @ view()[2]).mean() * view()[2]
+    aside = 0.5 * max(width, LEAST_WIDTH * height) * towards[0]
+    middle = 0.5 * (flat.min(axis=0) + flat.max(axis=0)) @ towards[:2]
+    depth = (points @ towards[2]).mean() * towards[2]
     return np.array([middle + depth - aside, middle + depth + aside])
-
-
-def _add_faces(
-    axes: Axes, check: CheckFile, faces: list[IntArray], flat: FloatArray, gaps: Normalize
-) -> None:
-    edges = "#00000055" if len(faces) <= 4000 else "face"
-    polygons = PolyCollection([flat[face] for face in faces], edgecolors=edges, linewidths=0.3, gid="first")
-    polygons.set(cmap=GAPS, norm=gaps, array=_of_facets(check, faces))
-    axes.add_collection(polygons)
-
-
-def _far_first(points: FloatArray, faces: list[IntArray], towards: FloatArray) -> IntArray:
-    return np.argsort([float((points[face] @ towards).mean()) for face in faces], kind="stable")
-
-
-def _laid_flat(points: FloatArray, faces: list[IntArray]) -> tuple[FloatArray, tuple[str, str]]:
-    """Returns the coordinates along the two axes in which the surface is longest, and the names of these axes."""
-    sizes = np.ptp(points[np.unique(np.concatenate(faces))], axis=0)
-    across, up = np.sort(np.argsort(sizes, kind="stable")[1:])
-    return points[:, [across, up]], ("xyz"[across], "xyz"[up])
 
 
 def _of_facets(check: CheckFile, facets: list[IntArray]) -> FloatArray:
@@ -183,9 +166,9 @@ def _draw_normals(
     draw_arrows(axes, flat[nodes], arrows, BLUE, "normals", zorder=5)
 
 
-def _mark_nodes(axes: Axes, check: CheckFile, entry: int, flat: FloatArray) -> None:
-    """Marks the nodes of the first surface that face nothing (crosses), and the inert pairs (squares)."""
-    alone, inert = _alone(check, entry), _inert(check, entry)
+def _mark_nodes(axes: Axes, check: CheckFile, entry: int, flat: FloatArray, shown: IntArray) -> None:
+    """Marks, of the nodes `shown`, those that face nothing (crosses), and the inert pairs (squares)."""
+    alone, inert = (np.intersect1d(nodes, shown) for nodes in (_alone(check, entry), _inert(check, entry)))
     axes.plot(*flat[alone].T, "x", color=VERMILLION, markersize=6, markeredgewidth=1.4, zorder=6, gid="alone")
     style = {
         "markerfacecolor": "white",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of bodies in three dimensions: displacement, reduced domain, and pressure on the contact surface."""
+"""Figures of bodies in three dimensions: displacement, and reduced domain."""
 
 import matplotlib as mpl
 import numpy as np
@@ -8,7 +8,6 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.tri import Triangulation
 
 from signorom_post.arrays import FloatArray, IntArray, with_unit
 from signorom_post.plots.captions import deformed_title, magnification
@@ -16,9 +15,6 @@ from signorom_post.plots.surface import draw_surface, frame_surface, one_color, 
 from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import BODY, SEQUENTIAL, SKY_BLUE, VERMILLION, new_figure
-
-#: largest number of panels side by side; more would be too small to read
-MAX_PANELS = 4
 
 
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
@@ -93,63 +89,5 @@ def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> 
     return figure
 
 
-def contact_surface(fields: FieldFile) -> Figure:
-    """Returns a figure of the contact pressure of solid bodies, with one column per point.
-
-    It shows the surfaces that carry the contact forces, in the plane of the two axes along which they are longest. Up
-    to four points are drawn, spread over those with full-order forces; at least one point must have them. The pressure
-    of a contact row is its force divided by its area. The full order is above, the reduced model below if there is one.
-    """
-    points = [point for point in fields.points if "multipliers_full_order" in point.fields]
-    chosen = [points[i] for i in sorted({round(i) for i in np.linspace(0, len(points) - 1, MAX_PANELS)})]
-    kinds = ["multipliers_full_order"]
-    if any("multipliers_reduced" in point.fields for point in chosen):
-        kinds.append("multipliers_reduced")
-    faces = fields.contact_faces
-    pressures = {
-        (kind, i): point.fields[kind].values / fields.contact.areas
-        for kind in kinds
-        for i, point in enumerate(chosen)
-        if kind in point.fields
-    }
-    norm = Normalize(0.0, max(float(values.max()) for values in pressures.values()) or 1.0)
-    flat, names = _flattened(fields)
-    sizes = np.ptp(flat, axis=0)
-    height = float(np.clip(2.6 * sizes[1] / sizes[0], 0.8, 4.0))
-    figure = new_figure(
-        1.6 + 2.6 * len(chosen), max(2.8, 1.2 + (height + 0.2) * len(kinds)), has_equal_axes=True
-    )
-    panels = figure.subplots(len(kinds), len(chosen), squeeze=False, sharex=True, sharey=True)
-    local = np.searchsorted(np.sort(fields.contact.owners), faces.triangles)
-    triangles = Triangulation(*flat.T, np.argsort(fields.contact.owners)[local])
-    for (kind, i), values in pressures.items():
-        axes = panels[kinds.index(kind), i]
-        axes.tripcolor(
-            triangles, values, shading="gouraud", cmap=SEQUENTIAL, norm=norm, rasterized=True, gid=kind
-        )
-        axes.set_aspect("equal")
-    for i, point in enumerate(chosen):
-        panels[0, i].set_title("\n".join(point.label.split(", ")))
-        panels[-1, i].set_xlabel(with_unit(f"${names[0]}$", fields.mesh.unit))
-    for row, kind in zip(panels, kinds, strict=True):
-        text = {"multipliers_full_order": "full order", "multipliers_reduced": "reduced"}[kind]
-        row[0].set_ylabel(f"{text}\n" + with_unit(f"${names[1]}$", fields.mesh.unit))
-    unit = f"{fields.field(chosen[0], kinds[0]).unit}/{fields.mesh.unit}²"
-    figure.colorbar(
-        ScalarMappable(norm, SEQUENTIAL),
-        ax=panels,
-        label=with_unit("contact pressure", unit),
-        pad=0.02,
-    )
-    return figure
-
-
 def _colors(norm: Normalize, values: FloatArray) -> FloatArray:
     return mpl.colormaps[SEQUENTIAL](norm(values))[:, :3]
-
-
-def _flattened(fields: FieldFile) -> tuple[FloatArray, str]:
-    """Returns the contact nodes' coordinates along the surface's two longest axes, and the names of these axes."""
-    points = fields.mesh.coordinates[fields.contact.owners]
-    axes = np.sort(np.argsort(np.ptp(points, axis=0), kind="stable")[1:])
-    return points[:, axes], "".join("xyz"[i] for i in axes)

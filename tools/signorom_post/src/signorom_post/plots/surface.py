@@ -69,7 +69,8 @@ def draw_surface(
     shown = np.append(owners, -1)[buffer.owner]
     # the face -1 is the background
     picture = np.vstack([np.pad(shaded, ((0, 0), (0, 1)), constant_values=1.0), np.zeros(4)])[shown]
-    edges = _edges(shown.reshape(buffer.shape), normals[front], len(front) <= MOST_EDGES).ravel()
+    smooth = normals[front] if len(front) > MOST_EDGES else None
+    edges = edges_of(shown.reshape(buffer.shape), smooth).ravel()
     picture[edges, :3] *= EDGE
     picture[edges, 3] = np.where(shown[edges] >= 0, 1.0, 1.0 - EDGE)
     draw_picture(axes, picture.reshape(*buffer.shape, 4), buffer, gid="surface")
@@ -93,11 +94,11 @@ def triangles_of(faces: Faces) -> tuple[IntArray, IntArray]:
     return faces.triangles, np.concatenate([np.arange(len(faces.nodes)), quads])
 
 
-def _edges(shown: IntArray, normals: FloatArray, has_all: bool) -> BoolArray:
+def edges_of(shown: IntArray, normals: FloatArray | None = None) -> BoolArray:
     """Returns the points of a picture where another face begins to the right or above; shape of `shown`.
 
-    `shown` is the face at each point, -1 for none. Without `has_all` only edges count where the `normals` of the faces
-    turn by more than 30 degrees, and the border of the bodies.
+    `shown` is the face at each point, -1 for none. With the `normals` of the faces only edges count where these turn by
+    more than 30 degrees, and the border of the bodies.
     """
     is_edge = np.zeros(shown.shape, dtype=bool)
     for here, there, marked in (
@@ -105,7 +106,7 @@ def _edges(shown: IntArray, normals: FloatArray, has_all: bool) -> BoolArray:
         (shown[:-1], shown[1:], is_edge[:-1]),
     ):
         differs = here != there
-        if not has_all:
+        if normals is not None:
             turn = np.einsum("...i,...i->...", normals[here], normals[there])
             differs &= (turn < SHARP) | (here < 0) | (there < 0)
         marked |= differs

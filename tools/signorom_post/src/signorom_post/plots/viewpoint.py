@@ -64,17 +64,37 @@ def bodies_of(faces: Faces, n_nodes: int) -> IntArray:
         labels = joined
 
 
+def corner_of_sheet(points: FloatArray, faces: Faces) -> tuple[float, float]:
+    """Returns azimuth and elevation [degrees] of the corner, from above, from which a sheet looks largest.
+
+    Both of its sides count. `points` are the places of all nodes, shape (n_nodes, 3).
+    """
+    areas, normals = areas_of(points, faces), normals_of(points, faces)
+    above = [corner for corner in CORNERS if corner[1] > 0.0]
+    sizes = np.array([float(areas @ np.abs(normals @ view(*corner)[2])) for corner in above])
+    return above[int(np.argmax(sizes >= ENOUGH * sizes.max()))]
+
+
+def is_open(points: FloatArray, faces: Faces) -> bool:
+    """Returns whether most of a surface looks to one side; else it closes on itself, as a bore does."""
+    return bool(np.linalg.norm(_mean_normal(points, faces)) >= OPEN)
+
+
+def _mean_normal(points: FloatArray, faces: Faces) -> FloatArray:
+    areas = areas_of(points, faces)
+    return areas @ normals_of(points, faces) / max(float(areas.sum()), np.finfo(float).tiny)
+
+
 def view_of_surface(points: FloatArray, faces: Faces, weights: FloatArray) -> FloatArray:
     """Returns the rotation, see `view`, from which an open surface is seen from its front.
 
     A surface that closes on itself, such as a bore, is seen from the corner to which most of its area turns, each face
     times its weight in `weights`, shape (n_faces).
     """
-    areas, normals = areas_of(points, faces), normals_of(points, faces)
-    mean = areas @ normals / max(float(areas.sum()), np.finfo(float).tiny)
-    if np.linalg.norm(mean) >= OPEN:
-        return view_along(mean)
-    turned = [float((areas * weights) @ np.maximum(normals @ view(*corner)[2], 0.0)) for corner in CORNERS]
+    if is_open(points, faces):
+        return view_along(_mean_normal(points, faces))
+    areas, normals = areas_of(points, faces) * weights, normals_of(points, faces)
+    turned = [float(areas @ np.maximum(normals @ view(*corner)[2], 0.0)) for corner in CORNERS]
     return view(*CORNERS[int(np.argmax(np.array(turned) >= ENOUGH * max(turned)))])
 
 
