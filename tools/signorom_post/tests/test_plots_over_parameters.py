@@ -2,6 +2,7 @@
 """Figures of errors and clusters over one, two and more parameters hold the data of the files."""
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -160,6 +161,49 @@ def test_errors_over_three_parameters_show_each_pair(tmp_path: Path) -> None:
     for i, j in ((0, 1), (0, 2), (1, 2)):
         assert panels[i, j].get_xlim() == panels[j, i].get_xlim()
         assert panels[i, j].get_ylim() == panels[j, i].get_ylim()
+
+
+def test_errors_over_many_parameters_have_a_panel_for_each(tmp_path: Path) -> None:
+    """Eight parameters with large values; the labels of the ticks do not overlap."""
+    random = np.random.default_rng(5)
+    names = [f"modulus_{i}" for i in range(8)]
+    rows = []
+    for row in validation_rows(20):
+        values = dict(zip(names, 60000 + 40000 * random.uniform(size=8), strict=True))
+        del row["squeeze"]
+        rows.append(values | row)
+    write_validation(tmp_path / "validation.csv", rows)
+    with styled():
+        figure = errors(read_validation(tmp_path / "validation.csv"))
+        check_picture(figure, tmp_path / "figure.png")
+        figure.draw_without_rendering()
+    assert [axes.get_xlabel() for axes in figure.axes] == names
+    for axes in figure.axes:
+        (multiplier,), (displacement,) = (lines_of(axes, column) for column in ("e_lambda_rid", "e_u"))
+        np.testing.assert_allclose(multiplier.get_xdata(), [row[axes.get_xlabel()] for row in rows])
+        np.testing.assert_allclose(displacement.get_ydata(), [row["e_u"] for row in rows])
+        low, high = axes.get_xlim()
+        labels = [label for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
+        boxes = [label.get_window_extent() for label in labels]
+        assert len(boxes) >= 2
+        assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
+
+
+@pytest.mark.parametrize("n_parameters", [1, 2, 3, 5])
+def test_a_model_that_is_not_hyper_reduced_has_no_reduced_domain(
+    results: Results, tmp_path: Path, n_parameters: int
+) -> None:
+    rows = [{f"p{i}": i + j for i in range(n_parameters)} | row for j, row in enumerate(validation_rows(6))]
+    for row in rows:
+        del row["squeeze"]
+    write_validation(tmp_path / "validation.csv", rows)
+    with styled():
+        figure = errors(read_validation(tmp_path / "validation.csv"), replace(results.model, clusters=[]))
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]
+    texts = [text.get_text() for legend in legends if legend for text in legend.get_texts()]
+    texts += [axes.get_ylabel() for axes in figure.axes]
+    assert any("multiplier error" in text for text in texts)
+    assert not any("RID" in text or "HHR" in text or "reconstructed" in text for text in texts)
 
 
 @pytest.mark.parametrize("n_parameters", [1, 2, 3])

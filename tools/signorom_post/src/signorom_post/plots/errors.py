@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Figure of the errors of the reduced model over the parameters (paper, Figure 7)."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +11,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, NullFormatter
 
-from signorom_post.arrays import BoolArray, FloatArray, with_unit
-from signorom_post.plots.errors_of_pairs import errors_of_pairs
+from signorom_post.arrays import FloatArray, with_unit
+from signorom_post.plots.errors_of_each import errors_of_each
+from signorom_post.plots.errors_of_pairs import drawable, errors_of_pairs
 from signorom_post.readers.model import Model
 from signorom_post.readers.validation import Validation
 from signorom_post.style import BLUE, GRAY, GREEN, INK, ORANGE, SEQUENTIAL, VERMILLION, add_grid, new_figure
+
+#: largest number of parameters whose pairs are shown; more panels could not be read
+MOST_PAIRED = 4
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,8 @@ MAPS = {
 def errors(validation: Validation, model: Model | None = None) -> Figure:
     """Returns a figure of the errors at all test points.
 
-    One parameter: curves. Two: a map per error. Three or more: panels for each pair of parameters (`errors_of_pairs`).
+    One parameter: curves. Two: a map per error. Three or four: panels for each pair of parameters (`errors_of_pairs`).
+    More: a panel for each parameter (`errors_of_each`). Errors on the RID are shown of hyper-reduced models only.
     Errors that are zero, infinite or not defined are left out of curves, and are crosses on maps. The units and, for
     one or two parameters, the training points come from `model`; without a model the figure shows neither.
     """
@@ -61,7 +66,14 @@ def errors(validation: Validation, model: Model | None = None) -> Figure:
         return _over_one_parameter(validation, model)
     if len(validation.parameter_names) == 2:
         return _over_two_parameters(validation, model)
-    return errors_of_pairs(validation, [_parameter_text(name, model) for name in validation.parameter_names])
+    texts = [_parameter_text(name, model) for name in validation.parameter_names]
+    draw = errors_of_pairs if len(texts) <= MOST_PAIRED else errors_of_each
+    return draw(validation, texts, _has_domain(model))
+
+
+def _has_domain(model: Model | None) -> bool:
+    """Returns whether the model is hyper-reduced, so that it has a RID; true also if the model is not known."""
+    return model is None or bool(model.clusters)
 
 
 def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:
@@ -73,11 +85,6 @@ def status_changes(parameter: FloatArray, n_active: FloatArray) -> FloatArray:
     return 0.5 * (parameter[:-1] + parameter[1:])[is_change]
 
 
-def drawable(values: FloatArray) -> BoolArray:
-    """Returns whether a logarithmic axis can show each value, that is, whether the value is finite and positive."""
-    return np.isfinite(values) & (values > 0.0)
-
-
 def _over_one_parameter(validation: Validation, model: Model | None) -> Figure:
     order = np.argsort(validation.parameters[:, 0], kind="stable")
     parameter = validation.parameters[order, 0]
@@ -87,13 +94,14 @@ def _over_one_parameter(validation: Validation, model: Model | None) -> Figure:
 
     figure = new_figure(8.6, 6.0)
     panels = figure.subplots(2, 2, sharex=True)
-    for axes, (label, curves) in zip(panels.ravel(), PANELS.items(), strict=False):
+    for axes, (label, all_curves) in zip(panels.ravel(), PANELS.items(), strict=False):
+        curves = all_curves if _has_domain(model) else _without_domain(all_curves)
         for curve in curves:
             _draw_curve(axes, parameter, columns[curve.column], curve)
         unit = model.energy_unit if model and "energy" in label else ""
         axes.set_ylabel(with_unit(label, unit))
         _finish_log_axis(axes, [columns[curve.column] for curve in curves])
-    _draw_active(panels[1, 1], parameter, columns)
+    _draw_active(panels[1, 1], parameter, columns, _has_domain(model))
     for axes in panels.ravel():
         add_grid(axes)
         _mark(axes, training, changes)
@@ -101,6 +109,12 @@ def _over_one_parameter(validation: Validation, model: Model | None) -> Figure:
         axes.set_xlabel(_parameter_text(validation.parameter_names[0], model))
     _add_key(figure, bool(training.size), bool(changes.size))
     return figure
+
+
+def _without_domain(curves: list[Curve]) -> list[Curve]:
+    """Returns the curves of a model without a RID: nothing is reconstructed."""
+    kept = [curve for curve in curves if not curve.column.endswith("_rid")]
+    return [replace(curve, legend=curve.legend.removesuffix(", reconstructed")) for curve in kept]
 
 
 def _draw_curve(axes: Axes, parameter: FloatArray, values: FloatArray, curve: Curve) -> None:
@@ -131,7 +145,8 @@ def _finish_log_axis(axes: Axes, curves: list[FloatArray]) -> None:
         axes.text(0.5, 0.02, text, transform=axes.transAxes, ha="center", fontsize=8, color=VERMILLION)
 
 
-def _draw_active(axes: Axes, parameter: FloatArray, columns: dict[str, FloatArray]) -> None:
+def _draw_active(axes: Axes, parameter: FloatArray, columns: dict[str, FloatArray], has_domain: bool) -> None:
+    text = "HHR, on the RID" if has_domain else "reduced model"
     full, reduced = columns["n_active_full_order"], columns["n_active"]
     axes.step(
         parameter,
@@ -142,7 +157,7 @@ def _draw_active(axes: Axes, parameter: FloatArray, columns: dict[str, FloatArra
         label="full order, on $\\Gamma^C$",
         gid="n_active_full_order",
     )
-    axes.plot(parameter, reduced, "o", color=BLUE, markersize=3.0, label="HHR, on the RID", gid="n_active")
+    axes.plot(parameter, reduced, "o", color=BLUE, markersize=3.0, label=text, gid="n_active")
     axes.set_ylabel("active contact pairs")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylim(bottom=min(0.0, float(np.nanmin([full, reduced]))))
@@ -202,7 +217,10 @@ def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
     training = _training_points(validation, model)
     figure = new_figure(8.6, 6.4)
     panels = figure.subplots(2, 2, sharex=True, sharey=True)
-    for axes, (column, label) in zip(panels.ravel(), MAPS.items(), strict=True):
+    maps = {name: text for name, text in MAPS.items() if _has_domain(model) or name != "e_lambda_rid"}
+    for axes in panels.ravel()[len(maps) :]:
+        axes.set_axis_off()
+    for axes, (column, label) in zip(panels.ravel(), maps.items(), strict=False):
         values = validation.columns[column]
         shown = drawable(values)
         if shown.any():
@@ -225,7 +243,7 @@ def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
     handles = []
     if training.size:
         handles.append(Line2D([], [], marker="+", color=INK, linestyle="none", label="training point"))
-    if any(not drawable(validation.columns[column]).all() for column in MAPS):
+    if any(not drawable(validation.columns[column]).all() for column in maps):
         text = "zero, infinite or undefined"
         handles.append(Line2D([], [], marker="x", color=VERMILLION, linestyle="none", label=text))
     if handles:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from signorom_post.style import new_figure
 
@@ -22,6 +23,8 @@ class PairPanels:
         self.n = len(texts)
         self.figure: Figure = new_figure(3.2 + 2.5 * (self.n - 0.5), 1.2 + 2.4 * (self.n - 0.3))
         self.axes = self.figure.subplots(self.n, self.n, squeeze=False)
+        for panel in self.axes.ravel():
+            panel.xaxis.set_major_locator(MaxNLocator(3))
         for i, panel in self.diagonal():
             panel.set_xlabel(texts[i])
             panel.set_ylabel(diagonal_text)
