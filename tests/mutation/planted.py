@@ -654,9 +654,27 @@ PLANTED = [
     ),
     Planted(
         POST + "plots/check_bodies.py",
-        "outward[nodes]) < 0.0",
-        "outward[nodes]) > 0.0",
+        "arrows.outward)[chosen] < 0.0",
+        "arrows.outward)[chosen] > 0.0",
         "arrows of a pressure stand inside the body",
+    ),
+    Planted(
+        POST + "plots/loads.py",
+        "is_loaded[cell].all()",
+        "is_loaded[cell].any()",
+        "a facet beside the load takes a part of it",
+    ),
+    Planted(
+        POST + "plots/depth_buffer.py",
+        "np.lexsort((-triangles, depth))",
+        "np.lexsort((-triangles, -depth))",
+        "far parts of a body hide near ones",
+    ),
+    Planted(
+        POST + "plots/multipliers.py",
+        "surfaces.pressures if surfaces",
+        "surfaces.forces if surfaces",
+        "nodal forces of quadratic facets alternate in the picture",
     ),
     Planted(
         SRC + "dense/lcp_derivative.f90",

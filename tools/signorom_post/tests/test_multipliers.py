@@ -65,6 +65,21 @@ def test_each_contact_has_its_panel_and_no_line_joins_two(tmp_path: Path) -> Non
     assert figure.axes[0].get_ylabel() == r"multiplier $\lambda$ [N/mm]"
 
 
+def test_no_line_joins_the_parts_of_one_contact() -> None:
+    """An entry of the deck may have several surfaces: between 3, the height of the wall, and the floor is nothing."""
+    surfaces = two_contacts()
+    both = ContactSurface("both - block", [facet for part in surfaces.surfaces for facet in part.facets])
+    surfaces = replace(surfaces, surfaces=[both])
+    with styled():
+        figure = multipliers(surfaces.fields, None, ("x", "y"), surfaces)
+    (curve,) = lines_of(figure.axes[0], "full order")
+    assert np.isnan(curve.get_xydata()[4]).all()
+    np.testing.assert_array_equal(np.delete(curve.get_ydata(), 4), FORCES)
+    np.testing.assert_array_equal(curve.get_xdata()[:4], [0, 1, 2, 3])
+    np.testing.assert_array_equal(np.diff(curve.get_xdata()[5:]), [1, 1])
+    assert figure.axes[0].get_xlabel() == "length along the contact surface [mm]"
+
+
 def test_a_model_without_a_reduced_domain_is_called_a_reduced_model() -> None:
     surfaces = two_contacts()
     with styled():

@@ -13,6 +13,7 @@ from pictures import check_picture
 
 from signorom_post.arrays import Quantity
 from signorom_post.mesh import Mesh
+from signorom_post.plots.depth_buffer import DepthBuffer
 from signorom_post.plots.pressure_maps import pressure_maps
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.sheet import lay_out
@@ -152,6 +153,20 @@ def test_near_parts_hide_far_ones(low: tuple[float, ...], is_seen: bool, tmp_pat
     expected = 4 * np.abs(view()[2]).sum() * per_unit**2 if is_seen else 0.0
     # the edges are black and gray
     assert is_red.sum() == pytest.approx(expected, rel=0.1, abs=1)
+
+
+@pytest.mark.parametrize("near", [0, 1])
+def test_of_two_equal_triangles_the_near_one_is_seen(near: int) -> None:
+    """Half of the square around them is filled; what lies between them is hidden, what is beside or above is not."""
+    triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    corners = np.array([triangle, triangle])
+    corners[near, :, 2] = 1.0
+    buffer = DepthBuffer(corners, 200)
+    counts = np.bincount(buffer.owner + 1, minlength=3)
+    assert counts[1 + near] == pytest.approx(200**2 / 2, rel=0.02)
+    assert counts[2 - near] == 0
+    places = np.array([[0.2, 0.2, 0.5], [0.2, 0.2, 1.0], [0.2, 0.2, 2.0], [0.8, 0.8, 0.5]])
+    assert buffer.sees(places).tolist() == [False, True, True, True]
 
 
 def test_the_view_shows_the_small_body() -> None:
