@@ -23,6 +23,7 @@ from half_disk_results import (
 
 from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
+from signorom_post.figures import choose_point
 from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
 from signorom_post.readers.model import read_model
@@ -203,3 +204,15 @@ def test_validation_keeps_infinite_and_undefined_errors(tmp_path: Path) -> None:
     values = read_validation(tmp_path / "validation.csv").columns["e_lambda_rid"]
     assert np.isinf(values[0])
     assert np.isnan(values[1:]).all()
+
+
+def test_a_label_has_no_unit_1_and_is_found_with_it(folder: Path) -> None:
+    """As report.yaml tells the point, with the unit that the deck gives."""
+    with h5py.File(folder / "fields.h5", "r+") as file:
+        attributes = file["points/0002"].attrs
+        attributes["label"] = "squeeze = 0.3 1"
+        attributes["parameter_units"] = np.array(["1"], dtype="S")
+    fields = read_fields(folder / "fields.h5")
+    assert fields.points[1].label == "squeeze = 0.3"
+    assert fields.points[1].parameter_units == ["1"]
+    assert choose_point(fields, "squeeze = 0.3 1") is fields.points[1]
