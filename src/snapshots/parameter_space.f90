@@ -178,8 +178,7 @@ contains
 
     do i = 1, size(parameters)
       parts(i)%text = parameters(i)%name // ' = ' // short_number(point(i), point_digits)
-      if (.not. allocated(parameters(i)%unit)) cycle
-      if (len(parameters(i)%unit) > 0) parts(i)%text = parts(i)%text // ' ' // parameters(i)%unit
+      if (allocated(parameters(i)%unit)) parts(i)%text = parts(i)%text // behind_number(parameters(i)%unit)
     end do
     text = join(parts, ', ')
   end function format_point_of_deck
@@ -190,7 +189,7 @@ contains
     type(string_t), intent(in) :: names(:)
     !> in the order of the names
     real(rk), intent(in) :: point(:)
-    !> in the order of the names, an empty text for no unit; default: no units
+    !> in the order of the names; an empty text, `1` and `-` are left out; default: no units
     type(string_t), intent(in), optional :: units(:)
     character(:), allocatable :: text
     type(string_t) :: parts(size(names))
@@ -198,9 +197,17 @@ contains
 
     do i = 1, size(names)
       parts(i)%text = names(i)%text // ' = ' // short_number(point(i), point_digits)
-      if (.not. present(units)) cycle
-      if (len(units(i)%text) > 0) parts(i)%text = parts(i)%text // ' ' // units(i)%text
+      if (present(units)) parts(i)%text = parts(i)%text // behind_number(units(i)%text)
     end do
     text = join(parts, ', ')
   end function format_point_of_names
+
+  !> Returns a unit with a blank before it; empty for the units of a number without dimension: none, `1` and `-`.
+  pure function behind_number(unit) result(text)
+    character(*), intent(in) :: unit
+    character(:), allocatable :: text
+
+    text = ''
+    if (unit /= '' .and. unit /= '1' .and. unit /= '-') text = ' ' // unit
+  end function behind_number
 end module sig_parameter_space
