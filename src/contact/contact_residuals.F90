@@ -32,7 +32,8 @@ contains
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank;
-    !> multipliers below `rounding` are 0. A positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
+    !> multipliers below `rounding` are 0. A positive reason becomes reason_linear_solver if a displacement or multiplier is not
+    !> finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)

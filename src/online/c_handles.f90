@@ -19,7 +19,7 @@ module sig_c_handles
   integer(c_int), parameter :: code_ok = 0, no_answer = 1, bad_argument = 2, bad_model = 3, no_memory = 4
   integer, parameter :: n_text_kinds = 10
 
-  !> A text to which C may keep a pointer as long as the object exists.
+  !> A text for C. A pointer to it is valid until keep replaces the text or the object ceases to exist.
   type :: c_text_t
     character(kind=c_char), allocatable :: characters(:)
   end type c_text_t

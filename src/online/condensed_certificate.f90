@@ -15,7 +15,7 @@ module sig_condensed_certificate
 
   type :: condensed_certificate_t
     private
-    !> rows that are not anchors, 1-based, and the norm of their compliance
+    !> rows that are not anchors, 1-based, and W of these rows, factored: it bounds the error of forces in the norm of W
     integer, allocatable :: free_rows(:)
     type(contact_error_bound_t) :: bound
     type(hanging_bodies_t) :: bodies

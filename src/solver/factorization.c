@@ -108,7 +108,7 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   if (infog[0] < 0)
     snprintf(
         message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
-        is_out_of_memory(infog[0]) ? " for lack of memory (solver.linear: gamg needs less, except in condensed)" : "",
+        is_out_of_memory(infog[0]) ? " for lack of memory (solver.linear: gamg needs less; it is not possible with solver.type: condensed)" : "",
         (int)infog[0], (int)infog[1]);
   return 0;
 }

@@ -240,7 +240,7 @@ contains
     !> [length per unit of a coefficient] g: openings by the scaled E of fill_bounds, with anchors closed; shape (n_multipliers,
     !> n_coefficients)
     real(rk), intent(in) :: openings(:, :)
-    !> [length/force] W_0, the compliance of the body at its place
+    !> [length/force] W_0, the compliance of the body with its elastic constant at bound%place
     real(rk), intent(in) :: compliance(:, :)
     !> its residuals must be set
     type(interpolation_bound_t), intent(inout) :: bound
