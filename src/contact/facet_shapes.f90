@@ -13,7 +13,7 @@ module sig_facet_shapes
   !> largest number of corners of a part
   integer, parameter :: max_corners = 4
 
-  !> Data of all facets of one element type.
+  !> What all facets of one element type have in common.
   type :: facet_shape_t
     !> row of element_types; 0 = not a facet of this dimension
     integer :: i_type = 0

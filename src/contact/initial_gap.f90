@@ -29,7 +29,8 @@ contains
     character(*), intent(in) :: deck_path
     !> grows by the terms that the gaps need
     type(term_set_t), intent(inout) :: terms
-    !> in: the pairs of all entries; out: with initial_gap and gap_factors of these entries
+    !> in: the pairs of all entries; out: those of entries with an obstacle or with a gap in the deck have new initial_gap and
+    !> gap_factors
     type(node_pairs_t), intent(inout) :: pairs
     type(error_t), allocatable, intent(out) :: error
     type(value_config_t) :: shape, shift

@@ -18,8 +18,8 @@ module sig_mortar_conflicts
   type :: conflict_t
     character(:), allocatable :: message
     character(:), allocatable :: hint
-    !> another contact, in which a node of this contact's second side owns a row, 0 = none; if that contact swapped its sides, the
-    !> node could be in both
+    !> number (1-based) of another contact entry that has a row at a node of this contact's second side, 0 = none; if that entry
+    !> swapped its sides, the node could be in both contacts
     integer :: i_owner = 0
     !> the node, natural, 1-based; 0 = none
     integer :: node = 0

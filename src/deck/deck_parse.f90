@@ -78,8 +78,9 @@ contains
     call tree%errors%add(error)
   end subroutine report
 
-  !> Returns a hint for three mistakes that make a deck invalid YAML: an expression with ? : or a text with a colon and a blank
-  !> without quotes, and a faulty list or mapping in brackets. The hint is empty for others, and if there is no such line.
+  !> Returns a hint for four mistakes that make a deck invalid YAML: an expression with ? : or a text with a colon and a blank
+  !> without quotes, a faulty list or mapping in brackets, and lines in brackets that are not indented enough. The hint is empty for
+  !> others, and if there is no such line.
   pure function hint_for_slip(message, text, line) result(hint)
     !> libfyaml's message
     character(*), intent(in) :: message
@@ -95,8 +96,12 @@ contains
     if (index(lines(line)%text, ' ?') > 0) then
       hint = 'an expression with ? : needs quotes, such as "a > 0.2 ? 1 : 0"'
     else if (index(message, 'nested block mapping') > 0) then
-      hint = 'a text with a colon and a blank in it needs quotes'
-    else if (index(message, 'flow') > 0) then
+      hint = 'a text with a colon and a blank in it needs quotes; a mapping on the line of its key needs braces: ' // &
+        '{min: 0, max: 1}'
+    else if (index(message, 'wrongly indented') > 0 .and. index(message, 'flow') > 0) then
+      hint = 'close the bracket [ or { that is open here, or indent all lines of it, also the one that closes it, ' // &
+        'further than the line that opens it'
+    else if (index(message, 'flow') > 0 .and. index(message, 'invalid extra') == 0) then
       hint = 'look for a bracket [ or { that is not closed, or a comma that is missing'
     end if
   end function hint_for_slip

@@ -100,7 +100,8 @@ contains
     hint = ''
     if (found > n_dim) hint = 'a mesh of volumes needs mesh.model: solid; the other models take triangles and quadrilaterals'
     if (found < n_dim) hint = 'give each region a name in the .geo file (Physical ' // region_word(n_dim) // &
-      '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim) // '; a mesh of the plane needs another mesh.model than solid'
+      '("lower") = {1};) and mesh with gmsh -' // to_text(n_dim)
+    if (found < n_dim .and. n_dim == 3) hint = hint // '; a mesh of the plane needs another mesh.model than solid'
   end function dimension_hint
 
   !> Returns gmsh's word for regions: Surface if n_dim is 2, otherwise Volume.

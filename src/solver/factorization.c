@@ -106,10 +106,12 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   }
   *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
   if (infog[0] < 0)
-    snprintf(
-        message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
-        is_out_of_memory(infog[0]) ? " for lack of memory (solver.linear: gamg needs less; it is not possible with solver.type: condensed)" : "",
-        (int)infog[0], (int)infog[1]);
+    snprintf(message, SIG_MESSAGE_SIZE,
+             "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
+             is_out_of_memory(infog[0])
+                 ? " for lack of memory (solver.linear: gamg needs less; not with solver.type: condensed)"
+                 : "",
+             (int)infog[0], (int)infog[1]);
   return 0;
 }
 

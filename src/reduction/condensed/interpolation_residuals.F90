@@ -28,7 +28,8 @@ module sig_interpolation_residuals
 
   !> number of places from which widest_place chooses
   integer, parameter :: n_places = 101
-  !> [-] singular values of W_0 below this times the largest are rounding, of contact rows without a node of the body
+  !> [-] rounding of compliances, over the largest: smaller singular values of W_0 count as zero, such as those of contact rows
+  !> without a node of the body; share_of_others lessens the diagonal of W_others by as much
   real(rk), parameter :: rank_tolerance = 1.0e-12_rk
 
 contains

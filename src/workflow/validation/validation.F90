@@ -44,9 +44,9 @@ module sig_validation
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> rows as in error_names, in the units of point_errors_t; NaN where the full-order model has no solution; where the model has
-    !> no answer (method 0), e_lambda_rid, e_lambda_all and all others that the model can answer are infinite. Shape (n_errors,
-    !> n_points)
+    !> rows as in error_names, in the units of point_errors_t, shape (n_errors, n_points). All are NaN where the full order has no
+    !> solution. Where the model has no answer (method 0), all are infinite, except that errors of displacements and energies
+    !> stay NaN if the model has no displacements
     real(rk), allocatable :: errors(:, :)
     !> kind of the model that answered
     character(:), allocatable :: model_kind

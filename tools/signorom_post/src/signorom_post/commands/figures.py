@@ -15,13 +15,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--output", metavar="DIR", type=Path, help="default: RESULTS_DIR/figures")
     parser.add_argument("--format", choices=FORMATS, default="png", help="default: png")
     parser.add_argument(
-        "--point", metavar="P", help="number (from 1) or label of the point to draw; default: the middle one"
+        "--point",
+        metavar="P",
+        help="number (from 1) or label of the point of initial_and_deformed; default: the middle one",
     )
     parser.add_argument(
         "--color",
         choices=COLORS,
         default="displacement",
-        help="what colors the deformed bodies; default: displacement",
+        help="what the colors of initial_and_deformed show: the size of the displacement, or the contact pressure; "
+        "default: displacement",
     )
     parser.add_argument(
         "--only",

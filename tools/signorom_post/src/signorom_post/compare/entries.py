@@ -119,7 +119,9 @@ def _report(results: Results) -> dict[str, Any]:
         if not report.get(section):
             path = results.folder / "report.yaml"
             raise InputError(
-                path, f"there is no section '{section}'; this makes all that is compared: {COMMAND}"
+                path,
+                f"there is no section '{section}'; this makes all that is compared, if the deck has a test "
+                f"section: {COMMAND}",
             )
     return report
 
