@@ -97,13 +97,14 @@ def _outward(fields: FieldFile) -> FloatArray:
 
 
 def _panels(sheets: list[Sheet], n_rows: int, n_points: int) -> tuple[Figure, np.ndarray]:
-    """Returns the figure and its panels, shape (n_rows, number of sheets times n_points)."""
-    shape = max(sheet.size[1] / max(sheet.size[0], 1e-12) for sheet in sheets)
-    height = float(np.clip(2.6 * shape, 1.6, 4.0))
-    n_columns = len(sheets) * n_points
-    size = (1.6 + 2.6 * n_columns, max(2.8, 1.2 + (height + 0.2) * n_rows))
+    """Returns the figure and its panels, shape (n_rows, number of sheets times n_points): as wide as their sheets."""
+    shapes = np.clip([sheet.size[0] / max(sheet.size[1], 1e-12) for sheet in sheets], 0.4, 3.0)
+    height = min(2.8, 3.6 / float(shapes.max()))
+    widths = np.repeat(height * shapes, n_points)
+    size = (1.6 + float(np.sum(widths + 0.7)), 1.5 + (height + 0.5) * n_rows)
     figure = new_figure(*size, has_equal_axes=True)
-    return figure, figure.subplots(n_rows, n_columns, squeeze=False)
+    ratios = {"width_ratios": widths.tolist()}
+    return figure, figure.subplots(n_rows, len(widths), squeeze=False, gridspec_kw=ratios)
 
 
 def _name_row(axes: Axes, text: str, sheet: Sheet) -> None:
