@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
+from signorom_post.arrays import FloatArray
 from signorom_post.errors import InputError
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.readers.fields import FieldFile, FieldPoint
@@ -45,13 +46,19 @@ show(bodies, "displacement", "POINTS")
 for field in {cell_fields!r}:
     show(bodies, field, "CELLS")
 '''
+#: why bodies that touch may look as if they did not
+GAPS_REMARK = "Only displacements are magnified: bodies that touch may seem to overlap or to stand apart."
 
 
-def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[Path]:
+def write_view(
+    fields: FieldFile, point: FieldPoint, output: Path, camera: FloatArray | None = None
+) -> Iterator[Path]:
     """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
 
-    The files are in the folder `output`, which must exist; the script is `in_paraview.py`. A field that is zero
-    everywhere gets no picture. InputError if VTK or the displacement is missing, OSError if a file cannot be written.
+    The files are in the folder `output`, which is made if needed; the script is `in_paraview.py`. A field that is zero
+    everywhere gets no picture. `camera`, shape (3), is the direction from solid bodies to the viewer; default: a corner
+    from which one sees all bodies. InputError if VTK or the displacement is missing, or if a plane mesh gets a camera;
+    OSError if a file cannot be written.
     """
     if find_spec("vtk") is None:
         raise InputError(
@@ -62,19 +69,29 @@ def write_view(fields: FieldFile, point: FieldPoint, output: Path) -> Iterator[P
 
     if "displacement" not in point.fields:
         raise InputError(fields.path, f"the point '{point.label}' has no field 'displacement'")
+    if camera is not None and fields.mesh.n_dim == 2:
+        raise InputError(fields.path, "the mesh is plane; --camera is for bodies in space")
     scale = magnification(point.fields["displacement"].values, fields.mesh.size)
-    scene = Scene(fields, point, scale)
+    scene = Scene(fields, point, scale, _captions(fields, point, scale), camera)
+    output.mkdir(parents=True, exist_ok=True)
     for name, (field, title) in PICTURES.items():
         if field not in point.fields or not point.fields[field].values.any():
             continue
         path = output / f"{name}.png"
-        on_contact = field == "contact_pressure"
-        caption = deformed_title(point, 1 if on_contact else scale)
-        scene.draw(field, title, caption, path, on_contact)
+        scene.draw(field, title, path, on_contact=field == "contact_pressure")
         yield path
     script = output / "in_paraview.py"
     script.write_text(paraview_script(fields, point, scale, script), encoding="utf-8")
     yield script
+
+
+def _captions(fields: FieldFile, point: FieldPoint, scale: float) -> tuple[str, str]:
+    """Returns the captions of displaced bodies and of bodies at rest: the label of the point.
+
+    If displacements are magnified, the former gives the factor, and says what this does to contacts.
+    """
+    remark = f"\n{GAPS_REMARK}" if scale != 1 and fields.contact.n_rows else ""
+    return deformed_title(point, scale) + remark, deformed_title(point, 1)
 
 
 def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:

@@ -4,6 +4,7 @@
 import argparse
 from pathlib import Path
 
+from signorom_post.arguments import direction
 from signorom_post.errors import InputError, writing
 from signorom_post.figures import NotDrawableError, choose_point
 from signorom_post.results import Results
@@ -17,13 +18,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--point", metavar="P", help="number (from 1) or label of the point; default: the middle one"
     )
+    parser.add_argument(
+        "--camera",
+        metavar="X,Y,Z",
+        type=direction,
+        help="from where one looks at bodies in space, as --camera=1,-2,1; default: a corner that shows them all",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Draws the pictures of one point, writes the script, and prints the path of each file. Returns 0.
 
     InputError if the folder is missing, if fields.h5 is missing, damaged or without points, if VTK is missing, if the
-    point of --point is unknown, if the point has no displacement, or if a file cannot be written.
+    point of --point is unknown, if the point has no displacement, if a plane mesh gets --camera, or if a file cannot be
+    written.
     """
     fields = Results(options.results).fields
     try:
@@ -32,8 +40,7 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(fields.path, "there is no parameter point") from error
     output = options.output or options.results / "view"
     with writing("pictures", output):
-        output.mkdir(parents=True, exist_ok=True)
-        pictures = write_view(fields, point, output)
+        pictures = write_view(fields, point, output, options.camera)
         for path in options.log.follow("pictures", pictures, len(PICTURES) + 1):
             options.log.result(path)
     return 0

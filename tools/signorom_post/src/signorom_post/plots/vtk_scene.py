@@ -9,17 +9,25 @@ import numpy as np
 import vtk
 from vtk.util.numpy_support import numpy_to_vtk
 
-from signorom_post.arrays import FloatArray, IntArray
+from signorom_post.arrays import FloatArray, IntArray, with_unit
 from signorom_post.mesh import Mesh
+from signorom_post.plots.vtk_camera import SIZE, best_corner, framed
+from signorom_post.plots.vtk_window import hidden_window, image_of
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import SEQUENTIAL
 
-#: [pixels] width and height of a picture
-SIZE = (1600, 900)
 #: RGB of texts and outlines
 INK = (0.15, 0.15, 0.15)
+#: RGB of the outlines of bodies at rest
+PALE_INK = (0.65, 0.65, 0.65)
+#: [characters] longest line of a caption, unless a parameter alone is longer
+LONGEST_LINE = 110
+#: [pixels] height of a line of the caption
+LINE_HEIGHT = 32
 #: opacity of the bodies around a contact surface in space
 FAINT = 0.12
+#: values that differ by less than this share are one value
+ROUNDING = 1e-9
 #: number of corners of a cell in space -> VTK's cell type
 SOLIDS = {4: vtk.VTK_TETRA, 8: vtk.VTK_HEXAHEDRON}
 
@@ -27,45 +35,64 @@ SOLIDS = {4: vtk.VTK_TETRA, 8: vtk.VTK_HEXAHEDRON}
 class Scene:
     """The displaced bodies at one point of a field file."""
 
-    def __init__(self, fields: FieldFile, point: FieldPoint, scale: float) -> None:
+    def __init__(
+        self,
+        fields: FieldFile,
+        point: FieldPoint,
+        scale: float,
+        captions: tuple[str, str],
+        camera: FloatArray | None = None,
+    ) -> None:
         """The bodies are displaced by `scale` times the displacement.
 
-        Contact surfaces are drawn at rest, because magnified bodies would overlap.
+        `captions` stand above the bodies: in pictures of displaced bodies, and in those of bodies at rest. Contact
+        surfaces are drawn at rest, because magnified bodies would overlap. `camera`, shape (3), is the direction from
+        solid bodies to the viewer; default: a corner from which one sees all bodies.
         """
         self._fields = fields
         self._point = point
-        at_rest = fields.mesh.coordinates
-        self._moved = _grid(fields.mesh, at_rest + scale * point.fields["displacement"].values)
-        self._at_rest = _grid(fields.mesh, at_rest)
-        self._contact = _surface(at_rest, _contact_facets(fields), fields.mesh.n_dim)
+        self._captions = [_filled(caption) for caption in captions]
+        mesh, at_rest = fields.mesh, fields.mesh.coordinates
+        moved = at_rest + scale * point.fields["displacement"].values
+        self._moved, self._at_rest = _grid(mesh, moved), _grid(mesh, at_rest)
+        self._contact = _surface(at_rest, _contact_facets(fields), mesh.n_dim)
+        if camera is None:
+            camera = best_corner(self._at_rest) if mesh.n_dim == 3 else np.array([0.0, 0.0, 1.0])
+        drawn = np.unique(np.concatenate(mesh.cells))
+        strip = LINE_HEIGHT * max(map(len, self._captions))
+        #: where the pictures are seen from: all bodies fit into them, at rest and displaced
+        self.camera = framed(np.vstack([at_rest[drawn], moved[drawn]]), camera, strip)
 
-    def draw(self, name: str, title: str, caption: str, path: Path, on_contact: bool) -> None:
+    def draw(self, name: str, title: str, path: Path, on_contact: bool) -> None:
         """Writes one picture to `path` (PNG), colored by the field `name` of nodes or cells; a vector by its length.
 
-        `on_contact`: only the contact surfaces are colored, at rest; else the displaced bodies. `title` stands above
-        the color bar with the unit, and `caption` in the corner. KeyError if the point does not have the field, OSError
-        if the picture cannot be written.
+        `on_contact`: only the contact surfaces are colored, at rest, from zero on; else the displaced bodies. `title`
+        stands above the color bar with the unit. KeyError if the point does not have the field, OSError if the picture
+        cannot be written.
         """
         quantity = self._point.fields[name]
         values = quantity.values if quantity.values.ndim == 1 else np.linalg.norm(quantity.values, axis=1)
         renderer = vtk.vtkRenderer()
         renderer.SetBackground(1, 1, 1)
-        n_dim = self._fields.mesh.n_dim
-        bodies = self._at_rest if on_contact else self._moved
+        is_solid = self._fields.mesh.n_dim == 3
         has_nodes = len(values) == self._fields.mesh.n_nodes
-        actor, colors = _colored(self._contact if on_contact else bodies, values, has_nodes)
+        actor, colors = _colored(
+            self._contact if on_contact else self._moved, values, has_nodes, from_zero=on_contact
+        )
         # the light must not change the colors of the field
-        actor.GetProperty().SetAmbient(1.0 if on_contact or n_dim == 2 else 0.65)
-        actor.GetProperty().SetDiffuse(0.0 if on_contact or n_dim == 2 else 0.35)
+        has_light = is_solid and not on_contact
+        actor.GetProperty().SetAmbient(0.65 if has_light else 1.0)
+        actor.GetProperty().SetDiffuse(0.35 if has_light else 0.0)
         if on_contact:
             actor.GetProperty().SetLineWidth(7)
-            renderer.AddActor(_plain(bodies, FAINT if n_dim == 3 else 1.0))
-        renderer.AddActor(_outline(bodies))
+            renderer.AddActor(_plain(self._at_rest, FAINT if is_solid else 1.0))
+        else:
+            renderer.AddActor(_outline(self._at_rest, PALE_INK))
+        renderer.AddActor(_outline(self._at_rest if on_contact else self._moved, INK))
         renderer.AddActor(actor)
-        unit = f" [{quantity.unit}]" if quantity.unit not in ("", "-") else ""
-        renderer.AddViewProp(_bar(colors, title + unit))
-        renderer.AddViewProp(_caption(caption))
-        _aim(renderer, n_dim)
+        renderer.AddViewProp(_bar(colors, with_unit(title, quantity.unit)))
+        renderer.AddViewProp(_caption("\n".join(self._captions[on_contact])))
+        self.camera.aim(renderer)
         _write(renderer, path)
 
 
@@ -104,15 +131,13 @@ def _surface(points: FloatArray, facets: list[IntArray], n_dim: int) -> "vtk.vtk
 
 
 def _colored(
-    grid: "vtk.vtkUnstructuredGrid", values: FloatArray, has_nodes: bool
+    grid: "vtk.vtkUnstructuredGrid", values: FloatArray, has_nodes: bool, from_zero: bool
 ) -> tuple["vtk.vtkActor", "vtk.vtkLookupTable"]:
     """Returns the grid in the colors of a field, gray where the field is nan, and the table of these colors."""
     array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
     (grid.GetPointData() if has_nodes else grid.GetCellData()).SetScalars(array)
-    finite = values[np.isfinite(values)]
-    lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     colors = _sequential()
-    colors.SetTableRange(lowest, highest if highest > lowest else lowest + 1.0)
+    colors.SetTableRange(*_range(values, from_zero))
     mapper = vtk.vtkDataSetMapper()
     mapper.SetInputData(grid)
     mapper.SetLookupTable(colors)
@@ -125,6 +150,19 @@ def _colored(
     actor = vtk.vtkActor()
     actor.SetMapper(mapper)
     return actor, colors
+
+
+def _range(values: FloatArray, from_zero: bool) -> tuple[float, float]:
+    """Returns the least and the largest finite value, the former at most zero if `from_zero`.
+
+    If they differ by rounding errors only, the latter becomes larger by 0.1 %, or by 1 if they are zero.
+    """
+    finite = values[np.isfinite(values)]
+    lowest, highest = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    if from_zero:
+        lowest = min(0.0, lowest)
+    is_one_value = highest - lowest <= ROUNDING * max(abs(lowest), abs(highest))
+    return lowest, highest + (1e-3 * abs(highest) or 1.0) if is_one_value else highest
 
 
 def _sequential() -> "vtk.vtkLookupTable":
@@ -149,8 +187,8 @@ def _plain(grid: "vtk.vtkUnstructuredGrid", opacity: float) -> "vtk.vtkActor":
     return actor
 
 
-def _outline(grid: "vtk.vtkUnstructuredGrid") -> "vtk.vtkActor":
-    """Returns the sharp edges and the borders of a grid."""
+def _outline(grid: "vtk.vtkUnstructuredGrid", color: tuple[float, float, float]) -> "vtk.vtkActor":
+    """Returns the sharp edges and the borders of a grid; of edges at the same place, the dark ones are seen."""
     surface = vtk.vtkGeometryFilter()
     surface.SetInputData(grid)
     edges = vtk.vtkFeatureEdges()
@@ -161,9 +199,11 @@ def _outline(grid: "vtk.vtkUnstructuredGrid") -> "vtk.vtkActor":
     mapper = vtk.vtkPolyDataMapper()
     mapper.SetInputConnection(edges.GetOutputPort())
     mapper.ScalarVisibilityOff()
+    mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    mapper.SetRelativeCoincidentTopologyLineOffsetParameters(0.0, -20.0 if color == INK else 0.0)
     actor = vtk.vtkActor()
     actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(*INK)
+    actor.GetProperty().SetColor(*color)
     actor.GetProperty().SetLineWidth(1.5)
     return actor
 
@@ -184,6 +224,17 @@ def _bar(colors: "vtk.vtkLookupTable", title: str) -> "vtk.vtkScalarBarActor":
     return bar
 
 
+def _filled(text: str) -> list[str]:
+    """Returns the lines of a caption: parts of `text`, one a line there, side by side as far as there is room."""
+    lines: list[str] = []
+    for part in text.split("\n"):
+        if lines and len(lines[-1]) + len(part) < LONGEST_LINE:
+            lines[-1] += f", {part}"
+        else:
+            lines.append(part)
+    return lines
+
+
 def _caption(text: str) -> "vtk.vtkTextActor":
     caption = vtk.vtkTextActor()
     caption.SetInput(text)
@@ -201,33 +252,11 @@ def _ink(text: "vtk.vtkTextProperty", size: int) -> None:
     text.ShadowOff()
 
 
-def _aim(renderer: "vtk.vtkRenderer", n_dim: int) -> None:
-    """Places the camera: in front of a plane mesh, else above a corner; leaves room for the color bar on the right."""
-    camera = renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    if n_dim == 3:
-        camera.SetPosition(-1.0, -1.8, 1.1)
-        camera.SetViewUp(0, 0, 1)
-    renderer.ResetCamera()
-    camera.Zoom(1.2 if n_dim == 2 else 1.1)
-    camera.SetWindowCenter(0.14, 0.0)
-
-
 def _write(renderer: "vtk.vtkRenderer", path: Path) -> None:
-    # otherwise VTK prints a warning that there is no screen
-    vtk.vtkLogger.SetStderrVerbosity(vtk.vtkLogger.VERBOSITY_ERROR)
-    window = vtk.vtkRenderWindow()
-    window.SetOffScreenRendering(1)
-    window.SetMultiSamples(8)
-    window.SetSize(*SIZE)
-    window.AddRenderer(renderer)
-    window.Render()
-    picture = vtk.vtkWindowToImageFilter()
-    picture.SetInput(window)
-    picture.ReadFrontBufferOff()
+    window = hidden_window(renderer, SIZE, n_samples=8)
     writer = vtk.vtkPNGWriter()
     writer.SetFileName(str(path))
-    writer.SetInputConnection(picture.GetOutputPort())
+    writer.SetInputData(image_of(window))
     writer.Write()
     window.Finalize()
     # VTK itself only prints
