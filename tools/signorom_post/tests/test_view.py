@@ -2,9 +2,12 @@
 """Pictures by VTK: drawn without a screen, in the colors of their fields; and a script for ParaView."""
 
 import ast
+import runpy
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import MagicMock
 
 import h5py
 import matplotlib as mpl
@@ -53,12 +56,25 @@ def test_colors_are_those_of_the_field(view: Path) -> None:
     assert counts[away <= 2].sum() >= 0.97 * counts.sum()
 
 
-def test_script_for_paraview(view: Path, pristine: tuple[Path, object]) -> None:
-    """Python that names the file and a point of it."""
-    text = (view / "in_paraview.py").read_text()
-    ast.parse(text)
-    assert str(pristine[0] / "fields.xdmf") in text
-    assert "TIME = " in text
+def test_script_shows_the_pictures_at_the_time_of_the_point(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A stand-in for ParaView, whose views take their time from the animation: tests/paraview has the real one."""
+    (folder / "contact.xdmf").touch()
+    output = tmp_path / "view"
+    assert main(["view", str(folder), "--point", "3", "--output", str(output)]) == 0
+    simple, times = MagicMock(), []
+    simple.GetColorTransferFunction.return_value.RGBPoints = [0.0] * 8
+    simple.CreateRenderView.side_effect = lambda **_: (
+        times.append(simple.GetAnimationScene().AnimationTime) or MagicMock()
+    )
+    monkeypatch.setitem(sys.modules, "paraview", MagicMock(simple=simple))
+    runpy.run_path(str(output / "in_paraview.py"))
+    read = [call.kwargs["FileName"] for call in simple.Xdmf3ReaderT.call_args_list]
+    assert read == [[str(folder / "fields.xdmf")], [str(folder / "contact.xdmf")]]
+    pictures = {Path(call.args[0]).name for call in simple.SaveScreenshot.call_args_list}
+    assert pictures == {f"paraview_{path.name}" for path in output.glob("*.png")}
+    assert times == [3.0] * len(pictures)
 
 
 def stretched(fields: FieldFile, factors: tuple[float, float, float], label: str = "load = 1") -> FieldFile:
@@ -147,6 +163,18 @@ def test_camera_sees_the_block_on_the_plate(direction: tuple[int, int, int]) -> 
         assert towards[1] < 0
     if not direction[2]:
         assert towards[2] > 0
+
+
+def test_chosen_camera(tmp_path: Path) -> None:
+    """The script has it, too: from the focus to the camera it is the direction of the user."""
+    fields = cubes_with_fields("T4")
+    list(write_view(fields, fields.points[0], tmp_path, np.array([0.0, 3.0, 4.0])))
+    names = {}
+    for line in (tmp_path / "in_paraview.py").read_text().splitlines():
+        if "view.CameraPosition" in line:
+            names["position"], names["focus"] = map(np.array, ast.literal_eval(line.split(" = ")[1]))
+    towards = names["position"] - names["focus"]
+    np.testing.assert_allclose(towards / np.linalg.norm(towards), [0.0, 0.6, 0.8], atol=1e-12)
 
 
 @pytest.mark.parametrize("text", ["1,2", "0,0,0", "a,b,c", "nan,1,1", "1,2,3,4"])

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from signorom_post.arrays import FloatArray
 from signorom_post.errors import InputError
+from signorom_post.paraview_script import paraview_script
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.readers.fields import FieldFile, FieldPoint
 
@@ -17,35 +18,6 @@ PICTURES = {
     "contact_pressure": ("contact_pressure", "contact pressure"),
     "reduced_domain": ("reduced_domain", "reduced integration domain"),
 }
-SCRIPT = '''# Pictures of {name} in ParaView: pvpython {script}, or Tools, Python Shell, Run Script.
-from paraview import simple
-
-FOLDER = {folder!r}
-SCALE = {scale!r}  # of the displacements
-TIME = {time!r}  # the point: {label}
-
-
-def show(reader, field, place):
-    """The bodies, displaced and colored by a field."""
-    warped = simple.WarpByVector(Input=reader, Vectors=["POINTS", "displacement"], ScaleFactor=SCALE)
-    view = simple.CreateRenderView(ViewSize=[1600, 900], ViewTime=TIME)
-    display = simple.Show(warped, view)
-    simple.ColorBy(display, (place, field))
-    display.RescaleTransferFunctionToDataRange()
-    display.SetScalarBarVisibility(view, True)
-    if {n_dim} == 3:
-        view.CameraPosition, view.CameraFocalPoint, view.CameraViewUp = [-1, -1.8, 1.1], [0, 0, 0], [0, 0, 1]
-    simple.ResetCamera(view)
-    simple.Render(view)
-    simple.SaveScreenshot(FOLDER + "/paraview_" + field + ".png", view)
-
-
-bodies = simple.Xdmf3ReaderT(FileName=[{fields!r}])
-bodies.UpdatePipeline(TIME)
-show(bodies, "displacement", "POINTS")
-for field in {cell_fields!r}:
-    show(bodies, field, "CELLS")
-'''
 #: why bodies that touch may look as if they did not
 GAPS_REMARK = "Only displacements are magnified: bodies that touch may seem to overlap or to stand apart."
 
@@ -74,14 +46,16 @@ def write_view(
     scale = magnification(point.fields["displacement"].values, fields.mesh.size)
     scene = Scene(fields, point, scale, _captions(fields, point, scale), camera)
     output.mkdir(parents=True, exist_ok=True)
+    drawn = {}
     for name, (field, title) in PICTURES.items():
         if field not in point.fields or not point.fields[field].values.any():
             continue
         path = output / f"{name}.png"
         scene.draw(field, title, path, on_contact=field == "contact_pressure")
+        drawn[name] = field
         yield path
     script = output / "in_paraview.py"
-    script.write_text(paraview_script(fields, point, scale, script), encoding="utf-8")
+    script.write_text(paraview_script(fields, point, scale, scene.camera, drawn, script), encoding="utf-8")
     yield script
 
 
@@ -92,22 +66,3 @@ def _captions(fields: FieldFile, point: FieldPoint, scale: float) -> tuple[str, 
     """
     remark = f"\n{GAPS_REMARK}" if scale != 1 and fields.contact.n_rows else ""
     return deformed_title(point, scale) + remark, deformed_title(point, 1)
-
-
-def paraview_script(fields: FieldFile, point: FieldPoint, scale: float, script: Path) -> str:
-    """Returns a script for pvpython that makes pictures of this point of fields.xdmf.
-
-    It shows the displacement and, where the point has them, the von Mises stress of the cells and the reduced domain.
-    `scale` is the factor of the displacements; `script` is the path of the script, beside which it writes its pictures.
-    """
-    return SCRIPT.format(
-        name=fields.path.parent.name,
-        script=script.name,
-        folder=str(script.parent.absolute()),
-        scale=scale,
-        time=float(fields.points.index(point) + 1),
-        label=point.label,
-        n_dim=fields.mesh.n_dim,
-        fields=str(fields.path.with_suffix(".xdmf").absolute()),
-        cell_fields=[name for name in ("von_mises", "reduced_domain") if name in point.fields],
-    )
