@@ -17,7 +17,7 @@ from signorom_post.plots.depth_buffer import DepthBuffer
 from signorom_post.plots.pressure_maps import pressure_maps
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.sheet import lay_out
-from signorom_post.plots.solid_figures import initial_and_deformed_solid
+from signorom_post.plots.solid_figures import initial_and_deformed_solid, is_on_contact
 from signorom_post.plots.surface import draw_surface, frame_surface, view
 from signorom_post.plots.viewpoint import best_corner
 from signorom_post.readers.fields import FieldFile, FieldPoint
@@ -178,6 +178,16 @@ def test_the_view_shows_the_small_body() -> None:
         azimuth, elevation = best_corner(mesh.coordinates, mesh.outer_faces)
         assert elevation > 0
         assert azimuth in seen
+
+
+@pytest.mark.parametrize(("element", "n_per_square"), [("H8", 1), ("T4", 2)])
+def test_faces_beside_the_contact_are_not_on_it(element: str, n_per_square: int) -> None:
+    """Of the sides of both cubes, one each: not those with an edge or a corner on the contact."""
+    fields = cubes_with_fields(element)
+    faces = fields.mesh.outer_faces
+    chosen = is_on_contact(fields, faces)
+    assert np.count_nonzero(chosen) == 2 * N**2 * n_per_square
+    assert (fields.mesh.coordinates[faces.nodes[chosen]][..., 2] == 1.0).all()
 
 
 @pytest.mark.parametrize("element", ["H8", "T4"])

@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from signorom_post.arrays import FloatArray, IntArray, with_unit
+from signorom_post.arrays import BoolArray, FloatArray, IntArray, with_unit
+from signorom_post.mesh import Faces
 from signorom_post.plots.captions import deformed_title, magnification
 from signorom_post.plots.surface import draw_surface, frame_surface, one_color, view
 from signorom_post.plots.viewpoint import best_corner
@@ -20,9 +21,9 @@ from signorom_post.style import BODY, SEQUENTIAL, SKY_BLUE, VERMILLION, new_figu
 def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str = "displacement") -> Figure:
     """Returns a figure of the outer faces of solid cells before and after the deformation at one point.
 
-    `color` says what the colors of the latter show: `displacement`, its magnitude, or `contact`, the contact pressure.
-    Small displacements are multiplied by a factor that the title names. InputError if the point lacks the displacement
-    or, for `contact`, the contact pressure.
+    `color` says what the colors of the latter show: `displacement`, its magnitude, or `contact`, the contact pressure
+    on faces whose corners are all contact nodes, while other faces are gray. Small displacements are multiplied by a
+    factor that the title names. InputError if the point lacks the displacement or, for `contact`, the contact pressure.
     """
     mesh = fields.mesh
     displacement = fields.field(point, "displacement")
@@ -40,7 +41,10 @@ def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str 
     figure = new_figure(8.2, 4.4, has_equal_axes=True)
     left, right = figure.subplots(1, 2, sharex=True, sharey=True)
     draw_surface(left, mesh.coordinates, faces, one_color(faces, BODY), towards)
-    draw_surface(right, deformed, faces, _colors(norm, values[faces.nodes].mean(axis=1)), towards)
+    colors = _colors(norm, values[faces.nodes].mean(axis=1))
+    if color == "contact":
+        colors[~is_on_contact(fields, faces)] = mpl.colors.to_rgb(BODY)
+    draw_surface(right, deformed, faces, colors, towards)
     both = np.vstack([mesh.coordinates, deformed])
     for axes in (left, right):
         frame_surface(axes, both, mesh.unit, towards)
@@ -48,6 +52,14 @@ def initial_and_deformed_solid(fields: FieldFile, point: FieldPoint, color: str 
     right.set_title(deformed_title(point, scale))
     figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=[left, right], label=label, shrink=0.85, pad=0.02)
     return figure
+
+
+def is_on_contact(fields: FieldFile, faces: Faces) -> BoolArray:
+    """Returns whether all corners of a face are contact nodes, shape (n_faces).
+
+    A face beside a contact surface has no pressure, but one or two corners with a pressure.
+    """
+    return np.isin(faces.nodes, fields.contact.nodes_of()).all(axis=1)
 
 
 def reduced_domain_solid(fields: FieldFile, cells: IntArray, rows: IntArray) -> Figure:
