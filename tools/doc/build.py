@@ -2,10 +2,10 @@
 """Builds the documentation site: `build.py FOLDER` writes FOLDER/html/index.html. `--check` needs no packages.
 
 The Markdown files stay where they are: copies of them, in the same folders, become the site's pages. Doxygen reads
-the C header, fortran_pages.py the Fortran modules, Sphinx imports the Python package. A link that leads nowhere, a
-warning of any of them, or a page that would load something from the network is an error. `--check`, which is a part
-of lint, only sees that links lead to files, that the source files which the pages name are there, and that the Fortran
-modules have what they offer.
+the C header, fortran_pages.py the Fortran modules, Sphinx imports the Python package. A link that leads nowhere, also
+one of the finished pages, a warning of any of them, or a page that would load something from the network is an error.
+`--check`, which is a part of lint, only sees that links lead to files, that the source files which the pages name are
+there, and that the Fortran modules have what they offer.
 """
 
 import argparse
@@ -16,7 +16,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from html import unescape
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 from fortran_reader import read_modules
 
@@ -34,6 +36,9 @@ LOADED = re.compile(
     r"""|@import\s*(?:url\()?\s*["']?(?:https?:)?//[^;]*|url\(\s*["']?(?:https?:)?//[^)]*\)""",
     re.IGNORECASE,
 )
+#: where a link of a page leads, and where links may lead
+ADDRESS = re.compile(r'<a\b[^>]*?\bhref="([^"]*)"')
+ANCHOR = re.compile(r'<[^>]*?\bid="([^"]*)"')
 
 
 def markdown_files() -> Iterator[Path]:
@@ -215,6 +220,24 @@ def check_offline(folder: Path) -> None:
         sys.exit("the site would load from the network:\n" + "\n".join(found))
 
 
+def check_links(folder: Path) -> None:
+    """Ends the program if a link of a page in the folder leads to a file or an anchor that is not there."""
+    pages = {path: path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.html"))}
+    anchors = {path: {unescape(name) for name in ANCHOR.findall(text)} for path, text in pages.items()}
+    found = []
+    for page, text in pages.items():
+        for address in sorted(set(ADDRESS.findall(text))):
+            parts = urlsplit(unescape(address))
+            if parts.scheme or parts.netloc:
+                continue
+            target = Path(os.path.normpath(page.parent / unquote(parts.path))) if parts.path else page
+            anchor = unquote(parts.fragment)
+            if not target.is_file() or (anchor and anchor not in anchors.get(target, {anchor})):
+                found.append(f"{page.relative_to(folder)}: {address}")
+    if found:
+        sys.exit("links of the site that lead nowhere:\n" + "\n".join(found))
+
+
 def main() -> None:
     """Builds or checks the site, as the command line says."""
     parser = argparse.ArgumentParser(description="Builds the documentation site.")
@@ -232,6 +255,7 @@ def main() -> None:
     run_doxygen(folder / "doxygen")
     run_sphinx(folder)
     check_offline(folder / "html")
+    check_links(folder / "html")
     print(f"{folder}/html/index.html")
 
 

@@ -22,6 +22,7 @@ html_show_sourcelink = False
 html_copy_source = False
 html_static_path = [str(HERE / "static")]
 html_css_files = ["signorom.css"]
+html_js_files = ["signorom.js"]
 highlight_language = "none"  # most blocks are commands, formulas and pieces of decks
 lexers["geo"] = CLexer()  # scripts of gmsh
 default_role = "literal"  # `word` in a Python docstring

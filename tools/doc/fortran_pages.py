@@ -7,7 +7,9 @@
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from zlib import crc32
 
+import fortran_reader
 from docutils import nodes
 from fortran_reader import Binding, Generic, Module, Procedure, Type, Variable, read_modules
 from sphinx import addnodes
@@ -100,9 +102,13 @@ class ModulePage:
     def content(self) -> list[nodes.Node]:
         """Returns all nodes below the title."""
         module = self._module
-        layer = module.path.parts[0]
-        way = nodes.reference("", layer, refuri=self._uri_of(f"fortran/{layer}"), internal=True)
-        place = nodes.paragraph("", "", nodes.Text("Layer "), way, nodes.Text(", file "))
+        place = nodes.paragraph()
+        if len(module.path.parts) > 1:  # main.F90 belongs to no layer
+            layer = module.path.parts[0]
+            way = nodes.reference("", layer, refuri=self._uri_of(f"fortran/{layer}"), internal=True)
+            place += [nodes.Text("Layer "), way, nodes.Text(", file ")]
+        else:
+            place += nodes.Text("File ")
         place += nodes.literal(text=f"src/{module.path}")
         shown = [place, *prose(module.doc)]
         for name in module.public:
@@ -280,11 +286,13 @@ def read_library(app: Sphinx) -> None:
     app.fortran_library = Library(Path(app.config.fortran_root))
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
+def setup(app: Sphinx) -> dict[str, int]:
     """Registers the directives and the procedures above; Sphinx calls it."""
     app.add_config_value("fortran_root", "", "env", str)
     app.add_directive("fortran-module", FortranModule)
     app.add_directive("fortran-layer", FortranLayer)
     app.connect("builder-inited", read_library)
     app.connect("doctree-read", link_files)
-    return {"parallel_read_safe": True, "parallel_write_safe": True}
+    # pages of an earlier run that other code made are made again
+    code = b"".join(Path(file).read_bytes() for file in (__file__, fortran_reader.__file__))
+    return {"env_version": crc32(code), "parallel_read_safe": True, "parallel_write_safe": True}
