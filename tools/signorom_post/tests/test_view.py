@@ -19,6 +19,8 @@ from test_solid_figures import cubes_with_fields
 
 from signorom_post.arrays import Quantity
 from signorom_post.cli import main
+from signorom_post.errors import InputError
+from signorom_post.figures import choose_point
 from signorom_post.mesh import Mesh
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.results import Results
@@ -185,6 +187,14 @@ def test_wrong_direction(
     with pytest.raises(SystemExit, match="2"):
         main(["view", str(pristine[0]), f"--camera={text}"])
     assert "give three numbers, for instance 1,-2,1" in capsys.readouterr().err
+
+
+def test_wrong_point_of_many(fields: FieldFile) -> None:
+    """The error names nine points and the last one."""
+    many = replace(fields, points=[FieldPoint(f"load = {i}", [], np.empty(0), {}) for i in range(1, 1001)])
+    with pytest.raises(InputError) as caught:
+        choose_point(many, "1001")
+    assert caught.value.sentence.endswith("8 (load = 8), 9 (load = 9), ..., 1000 (load = 1000)")
 
 
 def test_camera_for_plane_mesh(

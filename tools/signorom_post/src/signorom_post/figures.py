@@ -25,6 +25,8 @@ from signorom_post.style import save, styled
 
 FORMATS = ("png", "pdf", "svg")
 COLORS = ("displacement", "contact")
+#: [points] an error that names the points of a file names the last one and as many of the first ones as come to this sum
+MOST_NAMED = 10
 
 
 class NotDrawableError(Exception):
@@ -107,8 +109,10 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
     for point in fields.points:
         if point.label == without_unit_one(wanted):
             return point
-    known = ", ".join(f"{i} ({point.label})" for i, point in enumerate(fields.points, start=1))
-    raise InputError(fields.path, f"there is no point '{wanted}'; the file has {known}")
+    known = [f"{i} ({point.label})" for i, point in enumerate(fields.points, start=1)]
+    if len(known) > MOST_NAMED:
+        known[MOST_NAMED - 1 : -1] = ["..."]
+    raise InputError(fields.path, f"there is no point '{wanted}'; the file has {', '.join(known)}")
 
 
 def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
