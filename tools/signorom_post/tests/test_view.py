@@ -45,6 +45,14 @@ def test_picture_of_each_field(view: Path, results: Results) -> None:
     assert {path.name for path in view.glob("*.png")} == expected
 
 
+def test_nothing_touches_the_edge(view: Path) -> None:
+    """Not the titles of the color bars either."""
+    for path in view.glob("*.png"):
+        border = matplotlib.image.imread(path)[:, :, :3].min(axis=2)
+        border[15:-15, 15:-15] = 1.0
+        assert (border == 1.0).all(), path.name
+
+
 def test_colors_are_those_of_the_field(view: Path) -> None:
     """Plane bodies show viridis and nothing between its colors and the paper: no light falls on them."""
     picture = matplotlib.image.imread(view / "displacement.png")

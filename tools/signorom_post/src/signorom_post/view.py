@@ -16,7 +16,7 @@ PICTURES = {
     "displacement": ("displacement", "displacement"),
     "von_mises": ("von_mises_smoothed", "von Mises stress"),
     "contact_pressure": ("contact_pressure", "contact pressure"),
-    "reduced_domain": ("reduced_domain", "reduced integration domain"),
+    "reduced_domain": ("reduced_domain", "reduced domain"),
 }
 #: why bodies that touch may look as if they did not
 GAPS_REMARK = "Only displacements are magnified: bodies that touch may seem to overlap or to stand apart."
