@@ -677,6 +677,24 @@ PLANTED = [
         "nodal forces of quadratic facets alternate in the picture",
     ),
     Planted(
+        POST + "paraview_script.py",
+        "scene.AnimationTime = TIME",
+        "scene.AnimationTime = 1.0",
+        "ParaView draws the first point, whichever was asked for",
+    ),
+    Planted(
+        POST + "plots/vtk_camera.py",
+        "SIZE[1] - caption_strip]",
+        "SIZE[1]]",
+        "the caption stands on tall bodies",
+    ),
+    Planted(
+        POST + "plots/solid_figures.py",
+        "nodes_of()).all(axis=1)",
+        "nodes_of()).any(axis=1)",
+        "faces beside a contact are colored by its pressure",
+    ),
+    Planted(
         SRC + "dense/lcp_derivative.f90",
         "derivative%unknowns(active, :) = -factors%solve",
         "derivative%unknowns(active, :) = factors%solve",
