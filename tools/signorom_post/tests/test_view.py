@@ -163,14 +163,12 @@ def plate_and_block(direction: tuple[int, int, int]) -> FieldFile:
 
 @pytest.mark.parametrize("direction", [(0, -1, 0), (0, 1, 0), (1, 0, 0), (-1, 0, 0), (0, 0, 1), (0, 0, -1)])
 def test_camera_sees_the_block_on_the_plate(direction: tuple[int, int, int]) -> None:
-    """The viewer is on the block's side of the plate; where both sides do, in front and above."""
+    """The viewer is on the block's side of the plate, and above unless the block is below."""
     from signorom_post.plots.vtk_scene import Scene
 
     fields = plate_and_block(direction)
     towards = Scene(fields, fields.points[0], 1.0, ("", "")).camera.towards
     assert towards @ direction > 0
-    if not direction[1]:
-        assert towards[1] < 0
     if not direction[2]:
         assert towards[2] > 0
 

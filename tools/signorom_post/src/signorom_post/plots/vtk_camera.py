@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the camera of VTK's pictures stands: from which corner it looks, and what fits into the picture."""
+"""Where the camera of VTK's pictures stands: from where it looks, and what fits into the picture."""
 
 from dataclasses import dataclass
 
 import numpy as np
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
-from signorom_post.arrays import FloatArray, IntArray
-from signorom_post.plots.vtk_window import hidden_window, image_of
+from signorom_post.arrays import FloatArray
 
 #: [pixels] width and height of a picture
 SIZE = (1600, 900)
@@ -16,12 +14,6 @@ SIZE = (1600, 900)
 BAR_STRIP = 260
 #: [pixels] from the bodies to the edges of their part of the picture
 MARGIN = 40
-#: eight directions from the bodies to the viewer, the usual ones first
-CORNERS = np.array([(x, y, z) for z in (1.1, -1.1) for y in (-1.8, 1.8) for x in (-1.0, 1.0)])
-#: a usual direction is taken if it shows at least this share of what the best one shows
-GOOD_SHARE = 0.9
-#: [pixels] width and height of the pictures that tell how much of each body is seen
-SKETCH = (240, 240)
 
 
 @dataclass(frozen=True)
@@ -72,57 +64,3 @@ def framed(points: FloatArray, towards: FloatArray, caption_strip: int) -> Camer
     # the middle of the picture is to the right of the room's middle, and above it
     middle = 0.5 * (low + high) + pixel * np.array([0.5 * BAR_STRIP, 0.5 * caption_strip, 0.0])
     return Camera(towards, up, middle @ axes, 0.5 * SIZE[1] * pixel)
-
-
-def best_corner(grid: "vtk.vtkUnstructuredGrid") -> FloatArray:
-    """Returns the one of the eight CORNERS that hides no body of solid cells, or hides it least; shape (3).
-
-    Of a body, a corner shows a share: its pixels over those from the corner that shows most of it. What counts is the
-    smallest share of all bodies. The first corner is taken whose share is at least 90 % of the best one.
-    """
-    pixels = _pixels_of_bodies(grid)
-    shares = (pixels / np.maximum(pixels.max(axis=0), 1))[:, pixels.max(axis=0) > 0].min(axis=1)
-    return CORNERS[int(np.argmax(shares >= GOOD_SHARE * shares.max()))]
-
-
-def _pixels_of_bodies(grid: "vtk.vtkUnstructuredGrid") -> IntArray:
-    """Returns how many pixels show each body from each of CORNERS, shape (8, n_bodies)."""
-    renderer = vtk.vtkRenderer()
-    renderer.AddActor(_numbered_bodies(grid))
-    window = hidden_window(renderer, SKETCH)
-    middle, radius = np.array(grid.GetCenter()), 0.5 * grid.GetLength()
-    counts = []
-    for corner in CORNERS:
-        Camera(corner / np.linalg.norm(corner), np.array([0.0, 0.0, 1.0]), middle, radius).aim(renderer)
-        counts.append(np.bincount(_codes(window)))
-    window.Finalize()
-    n_codes = max(map(len, counts))
-    # code 0 is the background
-    return np.array([np.pad(count, (0, n_codes - len(count))) for count in counts])[:, 1:]
-
-
-def _numbered_bodies(grid: "vtk.vtkUnstructuredGrid") -> "vtk.vtkActor":
-    """Returns the bodies, each in the color whose three bytes are its number, from 1."""
-    bodies = vtk.vtkConnectivityFilter()
-    bodies.SetInputData(grid)
-    bodies.SetExtractionModeToAllRegions()
-    bodies.ColorRegionsOn()
-    surface = vtk.vtkGeometryFilter()
-    surface.SetInputConnection(bodies.GetOutputPort())
-    surface.Update()
-    numbers = 1 + vtk_to_numpy(surface.GetOutput().GetCellData().GetArray("RegionId")).astype(np.uint32)
-    bytes_of = np.column_stack([numbers & 255, numbers >> 8 & 255, numbers >> 16 & 255]).astype(np.uint8)
-    surface.GetOutput().GetCellData().SetScalars(numpy_to_vtk(bytes_of, deep=True))
-    mapper = vtk.vtkPolyDataMapper()
-    mapper.SetInputData(surface.GetOutput())
-    mapper.SetScalarModeToUseCellData()
-    actor = vtk.vtkActor()
-    actor.SetMapper(mapper)
-    actor.GetProperty().LightingOff()
-    return actor
-
-
-def _codes(window: "vtk.vtkRenderWindow") -> IntArray:
-    """Returns the number that the color of each pixel stands for, shape (n_pixels)."""
-    colors = vtk_to_numpy(image_of(window).GetPointData().GetScalars())[:, :3].astype(np.int64)
-    return colors @ np.array([1, 256, 65536])

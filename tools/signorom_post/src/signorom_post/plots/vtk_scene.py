@@ -11,7 +11,9 @@ from vtk.util.numpy_support import numpy_to_vtk
 
 from signorom_post.arrays import FloatArray, IntArray, with_unit
 from signorom_post.mesh import Mesh
-from signorom_post.plots.vtk_camera import SIZE, best_corner, framed
+from signorom_post.plots.surface import view
+from signorom_post.plots.viewpoint import best_corner
+from signorom_post.plots.vtk_camera import SIZE, framed
 from signorom_post.plots.vtk_window import hidden_window, image_of
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.style import SEQUENTIAL
@@ -57,7 +59,8 @@ class Scene:
         self._moved, self._at_rest = _grid(mesh, moved), _grid(mesh, at_rest)
         self._contact = _surface(at_rest, _contact_facets(fields), mesh.n_dim)
         if camera is None:
-            camera = best_corner(self._at_rest) if mesh.n_dim == 3 else np.array([0.0, 0.0, 1.0])
+            solid = mesh.n_dim == 3
+            camera = view(*best_corner(at_rest, mesh.outer_faces))[2] if solid else np.array([0.0, 0.0, 1.0])
         drawn = np.unique(np.concatenate(mesh.cells))
         strip = LINE_HEIGHT * max(map(len, self._captions))
         #: where the pictures are seen from: all bodies fit into them, at rest and displaced
