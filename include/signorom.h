@@ -134,6 +134,10 @@ typedef struct {
    * above. */
   double displacement_bound;
   double relative_displacement_bound;
+  /* Number of independent rigid motions of bodies that only contact holds which no contact force holds at this point;
+   * 0 without such bodies or without an answer. If it is not 0, the displacement and the gaps of these bodies are one
+   * of many possible; forces and stresses are not affected. */
+  int n_free_motions;
 } signorom_answer;
 
 #define SIGNOROM_NO_BOUND (-1.0)
@@ -142,7 +146,7 @@ typedef struct {
 /* clang-format off */
 #define SIGNOROM_ANSWER \
   { sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, \
-    SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND }
+    SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, 0 }
 /* clang-format on */
 
 /* Returns the version of the library, "major.minor.patch". A library has all functions, structures and numbers of the

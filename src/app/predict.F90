@@ -115,7 +115,7 @@ contains
       call warn_of_verdict(online)
       call report_unanswered(block, exit_code)
       call report_methods(command, block)
-      if (command%has_fields) call report_fields(command, fields)
+      if (command%has_fields) call report_fields(command, online%model, fields)
     end if
     call list%close()
     call block%destroy()
@@ -249,13 +249,22 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Logs the path of fields.xdmf and how many points have fields, if any has; warns of points without fields, if there are any.
-  subroutine report_fields(command, fields)
+  !> Logs the path of fields.xdmf and how many points have fields, if any has; warns of points without fields, and of points at
+  !> which no contact force holds a body, if there are any.
+  subroutine report_fields(command, model, fields)
     type(command_t), intent(in) :: command
+    type(model_t), intent(in) :: model
     type(predicted_fields_t), intent(in) :: fields
+    character(:), allocatable :: place
 
     if (fields%n_left_out > 0) call log_warning('no fields for ' // counted(fields%n_left_out, 'point') // &
       ': there is no answer, or Hooke''s law or an imposed strain is not finite')
+    if (fields%n_unheld > 0) then
+      place = format_point(model%parameter_names, fields%first_unheld)
+      if (fields%n_unheld > 1) place = to_text(fields%n_unheld) // ' points, the first (' // place // '),'
+      call log_warning('at ' // place // ' no contact force holds a body that only contact can hold: its displacement and its ' // &
+        'gaps are one of many possible')
+    end if
     if (fields%n_written > 0) call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // &
       fields_folder(command%file, command%output) // '/fields.xdmf')
   end subroutine report_fields

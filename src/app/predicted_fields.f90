@@ -26,6 +26,9 @@ module sig_predicted_fields
     !> number of points so far, with and without fields
     integer, public :: n_written = 0
     integer, public :: n_left_out = 0
+    !> number of points with fields at which no contact force holds a body, and the first of these points
+    integer, public :: n_unheld = 0
+    real(rk), allocatable, public :: first_unheld(:)
   contains
     procedure :: create
     procedure :: add
@@ -93,6 +96,10 @@ contains
       return
     end if
     self%n_written = self%n_written + 1
+    if (self%answer%n_free_motions > 0) then
+      if (self%n_unheld == 0) self%first_unheld = point
+      self%n_unheld = self%n_unheld + 1
+    end if
     call self%writer%start_point(self%online%model, point)
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add

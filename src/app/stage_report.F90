@@ -25,6 +25,7 @@ module sig_stage_report
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_text, only: string_t
+  use sig_unheld_bodies, only: unheld_warning
   use sig_version, only: build_type
   use petsc
   implicit none(type, external)
@@ -89,7 +90,7 @@ contains
 
   !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
   !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
-  !> warn_of_residuals and warn_of_deformations of the points that did. Local.
+  !> warn_of_residuals, warn_of_deformations and warn_of_unheld of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -109,6 +110,7 @@ contains
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_deformations(problem, solved, report)
+    call warn_of_unheld(problem, points, solved, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) then
         call log_warning('not converged at ' // format_point(problem%deck%parameters, points(:, i)) // ': ' // &
@@ -132,6 +134,21 @@ contains
     call log_warning(warning)
     call report%add('deformations/warning', warning)
   end subroutine warn_of_deformations
+
+  !> Warns once in the log and in the report if unheld_warning has a text for the solved points.
+  subroutine warn_of_unheld(problem, points, solved, report)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(solved_points_t), intent(in) :: solved
+    type(run_report_t), intent(inout) :: report
+    character(:), allocatable :: warning
+
+    warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)
+    if (warning == '') return
+    call log_warning(warning)
+    call report%add('positions/warning', warning)
+  end subroutine warn_of_unheld
 
   !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals.
   subroutine warn_of_residuals(residuals, report)

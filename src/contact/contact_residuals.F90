@@ -182,7 +182,8 @@ contains
     displacement_size = largest_size(state%displacement)
     smallest_force = max(smallest_per_length * displacement_size, smallest_load)
     associate (r => state%residuals)
-      r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
+      r%size_of_forces = maxval([smallest_force, largest(2:)])
+      r%equilibrium = relative(largest(1), r%size_of_forces)
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &

@@ -14,13 +14,19 @@ module sig_motion_words
 
 contains
 
-  !> Returns the combinations of the free motions that change the gap of no contact row, so that nothing holds them: one per column,
-  !> orthonormal, shape (n_free, n). n is 0 if every combination changes some gap, or if there are no free motions.
-  function unheld_motions(motions) result(combinations)
+  !> Returns the combinations of the free motions that change the gap of no contact row, or of none of some rows, so that these do
+  !> not hold them: one per column, orthonormal, shape (n_free, n). n is 0 if every combination changes some gap, or if there are no
+  !> free motions.
+  function unheld_motions(motions, is_holding) result(combinations)
     type(rigid_motions_t), intent(in) :: motions
+    !> the rows that count, shape (n_rows); default: all
+    logical, intent(in), optional :: is_holding(:)
     real(rk), allocatable :: combinations(:, :)
+    real(rk) :: closing(size(motions%closing, 1), motions%n_free)
 
-    combinations = null_space(matmul(transpose(motions%closing), motions%closing))
+    closing = motions%closing
+    if (present(is_holding)) closing = merge(closing, 0.0_rk, spread(is_holding, 2, motions%n_free))
+    combinations = null_space(matmul(transpose(closing), closing))
   end function unheld_motions
 
   !> Returns the bodies that take part in at least one of some combinations of the free motions, 1-based, ascending.

@@ -12,7 +12,7 @@ module sig_body_checks
   use sig_text, only: append_text, join, string_t
   implicit none(type, external)
   private
-  public :: check_bodies
+  public :: body_name, check_bodies
 
 contains
 

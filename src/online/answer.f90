@@ -53,6 +53,9 @@ module sig_answer
     real(rk) :: residual = huge(1.0_rk)
     !> number of solutions of the reduced problem that two starts found, 0 without an answer; with 2 the forces are less reliable
     integer :: n_solutions = 0
+    !> number of independent motions of bodies that only contact holds which no contact force holds at the point; if it is not 0,
+    !> the displacement and the gaps of these bodies are one of many possible
+    integer :: n_free_motions = 0
     !> [sqrt(force*length)] upper bound of the error of lambda in the norm of W; no_bound (-1) without one; huge if the error can be
     !> of any size
     real(rk) :: bound = no_bound
@@ -113,6 +116,7 @@ contains
     self%distance = huge(self%distance)
     self%residual = huge(self%residual)
     self%n_solutions = 0
+    self%n_free_motions = 0
     call self%drop_bounds()
   end subroutine start
 

@@ -19,6 +19,7 @@ module sig_c_answers
     real(c_double) :: distance, residual
     integer(c_int) :: n_solutions
     real(c_double) :: bound, relative_bound, displacement_bound, relative_displacement_bound
+    integer(c_int) :: n_free_motions
   end type c_answer_t
 
   !> [bytes] size of the first version of the structure, which ends with n_solutions and padding
@@ -100,7 +101,8 @@ contains
         n_modes=size(answer%coordinates), n_domain_contacts=size(answer%multipliers_rid), n_active=count(answer%is_active), &
         n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
         residual=answer%residual, n_solutions=answer%n_solutions, bound=answer%bound, relative_bound=answer%relative_bound, &
-        displacement_bound=answer%displacement_bound, relative_displacement_bound=answer%relative_displacement_bound)
+        displacement_bound=answer%displacement_bound, relative_displacement_bound=answer%relative_displacement_bound, &
+        n_free_motions=answer%n_free_motions)
     end associate
     call c_f_pointer(place, bytes, [min(n_bytes, c_sizeof(told))])
     call c_f_pointer(c_loc(told), own, [size(bytes)])

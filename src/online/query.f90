@@ -188,7 +188,9 @@ contains
     else if (answer%reason > 0) then
       answer%reason = reason_large_bound
     end if
-    if (answer%reason <= 0) answer%n_solutions = 0
+    if (answer%reason > 0) return
+    answer%n_solutions = 0
+    answer%n_free_motions = 0
   end subroutine answer_at
 
   !> Whether the relative bound is at most max_error; true also without a bound, or if max_error is 0. An answer without a bound is

@@ -5,6 +5,7 @@ module sig_reduced_exact
   use sig_bits, only: n_words
   use sig_dense_kernels, only: add_few_columns
   use sig_errors, only: error_t
+  use sig_free_motions, only: anchor_work, count_free_motions
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -161,10 +162,11 @@ contains
     call file%read(group // '/start_sets', self%start_sets, error)
   end subroutine read_shared
 
-  !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q. For an anchor the unknown is its opening
-  !> over `scale` instead of its multiplier, and w is its multiplier times `scale` instead of its opening. A force is only rounding,
-  !> and becomes 0, if its size is at most 1e-12 of the largest one in training. Its size is the force times the root of the largest
-  !> diagonal entry of W at rows with forces, or of `scale` if this is larger.
+  !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q, and counts the motions that no force
+  !> holds (n_free_motions). For an anchor the unknown is its opening over `scale` instead of its multiplier, and w is its
+  !> multiplier times `scale` instead of its opening. A force is only rounding, and becomes 0, if its size is at most 1e-12 of the
+  !> largest one in training. Its size is the force times the root of the largest diagonal entry of W at rows with forces, or of
+  !> `scale` if this is larger.
   subroutine take_forces(compliance, free_opening, anchors, scale, largest_size, opening, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
@@ -178,7 +180,7 @@ contains
     real(rk), intent(in) :: largest_size
     !> [length] out: w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> in: unknowns, [force] z; out: multipliers and what take_all_forces sets
+    !> in: unknowns, [force] z; out: multipliers, n_free_motions, and what take_all_forces sets
     type(answer_t), intent(inout) :: answer
     real(rk), parameter :: rounding = 1.0e-12_rk
     real(rk) :: diagonal, negligible
@@ -198,8 +200,27 @@ contains
     end do
     negligible = rounding * largest_size
     where (answer%multipliers * sqrt(diagonal) <= negligible) answer%multipliers = 0
+    answer%n_free_motions = 0
+    if (size(anchors) > 0) answer%n_free_motions = count_free_motions(anchor_work(compliance, anchors, scale), &
+      answer%multipliers, rounding_force(compliance, abs(free_opening)))
     call answer%take_all_forces()
   end subroutine take_forces
+
+  !> Returns a force [force] that is rounding: it closes the softest contact by 1e-12 of the largest size of q;
+  !> 0 if all rows are anchors.
+  pure real(rk) function rounding_force(compliance, sizes) result(force)
+    !> [length/force] W, shape (n_multipliers, n_multipliers)
+    real(rk), intent(in) :: compliance(:, :)
+    !> [length] |q| or the sizes of its terms, shape (n_multipliers)
+    real(rk), intent(in) :: sizes(:)
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    integer :: i
+
+    force = 0
+    associate (softest => maxval([(compliance(i, i), i=1, size(sizes))]))
+      if (softest > 0) force = rounding * maxval(sizes) / softest
+    end associate
+  end function rounding_force
 
   !> Returns a text that says at which nodes a part has displacements, and whether these are exact or by modes. It has no line end.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)

@@ -1,6 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Hybrid hyper-reduction as a kind of reduced model: (10) condensed on the multipliers of its domain; the other multipliers are
-!> reconstructed.
+!> Hybrid hyper-reduction: (10) condensed on the multipliers of its domain; the other multipliers are reconstructed.
 module sig_reduced_hhr
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
@@ -13,6 +12,7 @@ module sig_reduced_hhr
   use sig_hhr_data, only: add_lifted, complete_cluster, hhr_data_t
   use sig_hhr_description, only: describe_hhr
   use sig_hhr_file, only: read_cluster, write_cluster
+  use sig_hhr_motions, only: count_hhr_motions
   use sig_hhr_room, only: hhr_room_t, swap_roles, take
   use sig_hhr_system, only: hhr_system_t
   use sig_kinds, only: rk
@@ -129,7 +129,9 @@ contains
         call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
         call solve_from_sets(self, self%system, theta, near, judge, room, answer)
       end if
-      if (answer%reason < 0 .or. any(answer%multipliers_rid > 0)) return
+      if (answer%reason < 0) return
+      call count_hhr_motions(self%data, self%fit, room, answer)
+      if (any(answer%multipliers_rid > 0)) return
       if (is_blind(self%data, self%largest_value, theta, answer%coordinates, room%opening)) answer%reason = reason_blind
     end select
   end subroutine solve
@@ -211,8 +213,7 @@ contains
     answer%n_solutions = 2
   end subroutine look_for_other
 
-  !> Returns the energy E [force*length] of a solution by the judge, with the forces of all contacts; those outside of the domain
-  !> are reconstructed.
+  !> Returns the energy E [force*length] of a solution by the judge, with the reconstructed forces of all contacts.
   real(rk) function force_energy(self, system, theta, judge, solution, room) result(energy)
     class(reduced_hhr_t), intent(in) :: self
     type(hhr_system_t), intent(in) :: system
@@ -295,8 +296,7 @@ contains
     call write_cluster(file, group, self%data, length, force)
   end subroutine write
 
-  !> Reads the part from a group of a model file (read_cluster). Errors: a dataset or attribute is missing, or has another type or
-  !> rank.
+  !> Reads the part from a group (read_cluster). Errors: a dataset or attribute is missing, or has another type or rank.
   subroutine read(self, file, group, error)
     class(reduced_hhr_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file

@@ -3,7 +3,15 @@
 
 from importlib.metadata import PackageNotFoundError, version
 
-from signorom_post.answer import Answer, Cells, Fields, ModelError, NoAnswerError, NotAcceptedWarning
+from signorom_post.answer import (
+    Answer,
+    Cells,
+    Fields,
+    FreeMotionWarning,
+    ModelError,
+    NoAnswerError,
+    NotAcceptedWarning,
+)
 from signorom_post.answers import Answers
 from signorom_post.library import LibraryError
 from signorom_post.online import Model
@@ -20,6 +28,7 @@ __all__ = [
     "Cells",
     "ExtrapolationWarning",
     "Fields",
+    "FreeMotionWarning",
     "LibraryError",
     "Model",
     "ModelError",

@@ -19,6 +19,10 @@ class NotAcceptedWarning(UserWarning):
     """The validation of a model did not accept it; the text is its verdict."""
 
 
+class FreeMotionWarning(UserWarning):
+    """No contact force holds a body at the point: its displacement and its gaps are one of many possible."""
+
+
 class NoAnswerError(Exception):
     """The model has no answer at a point, or cannot give what was asked for."""
 
@@ -220,6 +224,10 @@ class Answer:
     #: `displacement_bound` over the size of the displacement, which counts as at least a thousandth of the largest size
     #: in training. None as for `displacement_bound`, or if all displacements are 0, here and in training
     relative_displacement_bound: float | None
+    #: number of independent rigid motions of bodies that only contact holds which no contact force holds at this point.
+    #: If it is not 0, the displacement and the gaps of these bodies are one of many possible; forces and stresses are
+    #: not affected
+    n_free_motions: int
     #: returns the derivatives towards larger (1) or smaller (-1) values of the parameters
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
     _areas: FloatArray = field(repr=False, compare=False)

@@ -47,6 +47,8 @@ class Answers:
     relative_bound: FloatArray
     displacement_bound: FloatArray
     relative_displacement_bound: FloatArray
+    #: as in Answer; 0 without an answer
+    n_free_motions: IntArray
     _areas: FloatArray = field(repr=False)
 
     @cached_property

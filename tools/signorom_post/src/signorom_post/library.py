@@ -68,6 +68,7 @@ class CAnswer(ctypes.Structure):
         ("relative_bound", c_double),
         ("displacement_bound", c_double),
         ("relative_displacement_bound", c_double),
+        ("n_free_motions", c_int),
     ]
 
 

@@ -67,6 +67,7 @@ def answers_at(
         relative_bound=_known(told["relative_bound"], has_answer),
         displacement_bound=_known(told["displacement_bound"], has_answer),
         relative_displacement_bound=_known(told["relative_displacement_bound"], has_answer),
+        n_free_motions=told["n_free_motions"].astype(np.int64),
         _areas=areas,
     )
 

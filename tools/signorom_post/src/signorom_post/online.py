@@ -6,6 +6,7 @@ The answers are those of the library `libsignorom_online`.
 
 import ctypes
 import os
+import warnings
 from collections.abc import Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_void_p
 from functools import partial
@@ -20,6 +21,7 @@ from signorom_post.answer import (
     Cells,
     ContactNodes,
     Fields,
+    FreeMotionWarning,
     Gradient,
     NoAnswerError,
     Parameter,
@@ -35,6 +37,11 @@ from signorom_post.points import point_of, points_of, range_of, warn_outside
 
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
+
+UNHELD = (
+    "no contact force holds a body at this point: its displacement and its gaps are one of many possible; "
+    "forces and stresses are not affected"
+)
 
 
 class Model:
@@ -233,7 +240,8 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`.
+        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if no contact force
+        holds a body at the point.
         """
         point = point_of(self.parameters, values)
         told = CAnswer(size=ctypes.sizeof(CAnswer))
@@ -243,6 +251,8 @@ class Model:
             if has_failed:
                 raise NoAnswerError(text_of(self._library.signorom_message(context)))
             multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
+            if told.n_free_motions:
+                warnings.warn(UNHELD, FreeMotionWarning, stacklevel=2)
             area = self.resultants(multipliers).areas
             return fields_of(self._library, model, context, self._sizes, self._named(point), area)
 
@@ -286,6 +296,7 @@ class Model:
                 relative_displacement_bound=(
                     None if told.relative_displacement_bound < 0 else told.relative_displacement_bound
                 ),
+                n_free_motions=told.n_free_motions,
                 _differentiate=partial(self._gradient, point, indices),
                 _areas=self._areas,
             )

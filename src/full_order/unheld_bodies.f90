@@ -1,0 +1,91 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Warns of full-order solutions in which no contact force holds a body that only contact can hold: the place of this body is not
+!> unique.
+module sig_unheld_bodies
+  use sig_body_checks, only: body_name
+  use sig_contact_state, only: contact_state_t
+  use sig_deck_config, only: deck_config_t
+  use sig_kinds, only: rk
+  use sig_mechanical_models, only: mechanical_model, mechanical_model_t
+  use sig_mesh, only: mesh_t
+  use sig_motion_words, only: bodies_of_motions, motion_text, unheld_motions
+  use sig_parameter_space, only: format_point
+  use sig_reasons, only: reason_converged
+  use sig_rigid_motions, only: rigid_motions_t
+  use sig_text, only: join, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: unheld_warning
+
+  !> [-] a contact force is rounding up to this share of the forces, or up to so many times what the solution misses equilibrium by
+  real(rk), parameter :: rounding = 1.0e-9_rk, margin = 10.0_rk
+
+contains
+
+  !> Returns a warning if in some of the solutions that converged no contact force holds a body; empty otherwise. It says at how
+  !> many points, and names the first point and the bodies that are free there, with their motions.
+  function unheld_warning(deck, mesh, motions, points, states) result(warning)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    type(rigid_motions_t), intent(in) :: motions
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(contact_state_t), intent(in) :: states(:)
+    character(:), allocatable :: warning
+    real(rk), allocatable :: of_first(:, :), unheld(:, :)
+    integer :: first, i, n
+
+    warning = ''
+    first = 0
+    n = 0
+    do i = 1, size(states)
+      if (states(i)%reason /= reason_converged) cycle
+      unheld = unheld_motions(motions, is_loaded(states(i)))
+      if (size(unheld, 2) == 0) cycle
+      n = n + 1
+      if (n > 1) cycle
+      first = i
+      of_first = unheld
+    end do
+    if (n == 0) return
+    warning = 'at ' // format_point(deck%parameters, points(:, first))
+    if (n > 1) warning = 'at ' // to_text(n) // ' points, the first (' // format_point(deck%parameters, points(:, first)) // '),'
+    warning = warning // ' no contact force holds ' // bodies_text(deck, mesh, motions, of_first) // ' one of many possible'
+  end function unheld_warning
+
+  !> Returns which contact forces of a solution are more than rounding, shape (n_rows).
+  pure function is_loaded(state)
+    type(contact_state_t), intent(in) :: state
+    logical :: is_loaded(size(state%multipliers))
+
+    associate (r => state%residuals)
+      is_loaded = state%multipliers > max(rounding, margin * r%equilibrium) * r%size_of_forces
+    end associate
+  end function is_loaded
+
+  !> Returns `the body 'spring' (translation in z): its displacement and its gaps are`, or the same for several bodies.
+  function bodies_text(deck, mesh, motions, unheld) result(text)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    type(rigid_motions_t), intent(in) :: motions
+    !> combinations of the free motions, shape (n_free, n)
+    real(rk), intent(in) :: unheld(:, :)
+    character(:), allocatable :: text
+    type(mechanical_model_t) :: model
+    integer, allocatable :: bodies(:)
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    model = mechanical_model(deck%mesh%model)
+    bodies = bodies_of_motions(motions, unheld)
+    allocate (names(size(bodies)))
+    do i = 1, size(bodies)
+      names(i)%text = body_name(mesh, motions, bodies(i)) // ' (' // motion_text(motions, unheld, bodies(i), model%axes) // ')'
+    end do
+    if (size(bodies) == 1) then
+      text = 'the body ' // names(1)%text // ': its displacement and its gaps are'
+    else
+      text = 'the bodies ' // join(names, ', ') // ': their displacements and their gaps are'
+    end if
+  end function bodies_text
+end module sig_unheld_bodies

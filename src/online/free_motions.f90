@@ -1,0 +1,67 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Motions of bodies that only contact holds, and that no contact force holds at a point: the place of such a body is not unique
+!> there.
+module sig_free_motions
+  use sig_independent_columns, only: independent_columns
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: anchor_work, count_free_motions, is_loaded
+
+  !> [-] a force up to this share of the largest force is rounding
+  real(rk), parameter :: rounding = 1.0e-9_rk
+  !> [-] a motion that moves contacts by at most this does not move them; motions have size 1
+  real(rk), parameter :: dependent = 1.0e-6_rk
+
+contains
+
+  !> Returns the number of independent combinations of rigid motions on which no contact force does work: the number of motions
+  !> minus the rank of the rows of `work` that have a force.
+  pure integer function count_free_motions(work, forces, least) result(n_free)
+    !> work of a unit force of each contact on each motion, shape (n, n_motions)
+    real(rk), intent(in) :: work(:, :)
+    !> [force] >= 0, shape (n)
+    real(rk), intent(in) :: forces(:)
+    !> [force] a force up to this one is rounding
+    real(rk), intent(in) :: least
+    integer :: i
+
+    n_free = size(work, 2)
+    if (n_free == 0) return
+    associate (rows => pack([(i, i=1, size(forces))], is_loaded(forces, least)))
+      n_free = n_free - size(independent_columns(work(rows, :), dependent))
+    end associate
+  end function count_free_motions
+
+  !> Returns which forces are more than rounding: above `least`, and above 1e-9 of the largest.
+  pure function is_loaded(forces, least)
+    !> [force] shape (n)
+    real(rk), intent(in) :: forces(:)
+    !> [force]
+    real(rk), intent(in) :: least
+    logical :: is_loaded(size(forces))
+
+    is_loaded = forces > max(least, rounding * maxval(forces))
+  end function is_loaded
+
+  !> Returns [N; 1] of a condensed problem: the work of a unit force of each contact on the motion that belongs to each anchor,
+  !> which opens this anchor by 1 and no other anchor. Shape (n, n_anchors).
+  pure function anchor_work(compliance, anchors, scale) result(work)
+    !> [length/force] W, whose columns of anchors are N times `scale`; shape (n, n)
+    real(rk), intent(in) :: compliance(:, :)
+    !> 1-based
+    integer, intent(in) :: anchors(:)
+    !> [length/force]
+    real(rk), intent(in) :: scale
+    real(rk) :: work(size(compliance, 1), size(anchors))
+    integer :: i
+
+    do i = 1, size(anchors)
+      work(:, i) = compliance(:, anchors(i)) / scale
+    end do
+    work(anchors, :) = 0
+    do i = 1, size(anchors)
+      work(anchors(i), i) = 1
+    end do
+  end function anchor_work
+end module sig_free_motions
