@@ -352,7 +352,8 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * the full-order operator gives the derivatives of the full-order solution, and not those of its own answer. The call
  * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this operator has no answer
  * at the point; if a load (whole_edges) or an expression jumps, has no finite slope or has no value on this side of the
- * point; if the forces are not unique; and if contacts that touch without a force leave no solution beside the point.
+ * point; if the forces are not unique; if contacts that touch without a force leave no solution beside the point; and
+ * if beside the point the loads move a body that no contact force holds here (n_free_motions of the answer).
  * It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
@@ -362,9 +363,10 @@ int signorom_get_multiplier_gradient(signorom_context *context, double *gradient
  * [n_parameters][n_entries][n_moments], as defined at signorom_get_resultants. */
 int signorom_get_resultant_gradient(signorom_context *context, double *forces, double *moments);
 /* Gives the derivatives of the displacement of the n nodes that the caller chooses
- * [n_parameters][n][n_dimensions]. Where displacements come from modes (signorom_get_displacement_sources), the
- * relative error of the derivatives is often much larger than that of the displacement; displacement_bound says nothing
- * about it. SIGNOROM_NO_ANSWER: the displacement of a node has no derivative; the message tells more.
+ * [n_parameters][n][n_dimensions], NaN for what moves with a body that no contact force holds beside the point: its
+ * displacement is one of many. Where displacements come from modes (signorom_get_displacement_sources), the relative
+ * error of the derivatives is often much larger than that of the displacement; displacement_bound says nothing about
+ * it. SIGNOROM_NO_ANSWER: the model cannot differentiate the displacement of a node; the message tells more.
  * SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not succeed
  * after the last query. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 #include "unit.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -214,8 +215,13 @@ fmi3Status unit_differentiate(unit_t *unit) {
        signorom_get_displacement_gradient_at(unit->context, unit->n_nodes, unit->nodes, parts.displacement)))
     return unit_say(unit, fmi3Discard, signorom_message(unit->context));
   for (int k = 0; k < n; k++)
-    for (int i = 0; i < unit->n_outputs; i++)
-      unit->gradient[k * unit->n_outputs + i] = value_of(unit, &parts, unit->outputs[i], k, NULL);
+    for (int i = 0; i < unit->n_outputs; i++) {
+      const double value = value_of(unit, &parts, unit->outputs[i], k, NULL);
+      if (isnan(value))
+        return unit_say(unit, fmi3Discard,
+                        "a displacement has no derivative: no contact force holds its body at these inputs");
+      unit->gradient[k * unit->n_outputs + i] = value;
+    }
   unit->has_gradient = true;
   return fmi3OK;
 }

@@ -8,7 +8,7 @@ module sig_condensed_displacement
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
-  public :: fill_condensed_displacement, condensed_displacement_of_dof
+  public :: condensed_anchor_motion, condensed_displacement_of_dof, fill_condensed_displacement
 
 contains
 
@@ -66,4 +66,23 @@ contains
       end do
     end if
   end function condensed_displacement_of_dof
+
+  !> Returns the displacement [-] of one dof, with the sign changed, as each anchor opens by 1; zero if the model has none of this
+  !> dof.
+  pure function condensed_anchor_motion(data, dof) result(motion)
+    class(condensed_data_t), intent(in) :: data
+    !> 1-based
+    integer, intent(in) :: dof
+    !> shape (n_anchors)
+    real(rk) :: motion(size(data%anchors))
+    integer :: i
+
+    i = place_in_ascending(data%exact_dofs, dof)
+    motion = 0
+    if (i > 0) then
+      motion = data%contact_response(i, data%anchors) / data%scale
+    else if (data%has_modes()) then
+      motion = matmul(data%basis(dof, :), data%contact_coordinates(:, data%anchors)) / data%scale
+    end if
+  end function condensed_anchor_motion
 end module sig_condensed_displacement

@@ -4,9 +4,10 @@
 module sig_free_motions
   use sig_independent_columns, only: independent_columns
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: solve_dense
   implicit none(type, external)
   private
-  public :: anchor_work, count_free_motions, is_loaded
+  public :: anchor_work, count_free_motions, free_motions, is_loaded
 
   !> [-] a force up to this share of the largest force is rounding
   real(rk), parameter :: rounding = 1.0e-9_rk
@@ -43,6 +44,33 @@ contains
 
     is_loaded = forces > max(least, rounding * maxval(forces))
   end function is_loaded
+
+  !> Returns a basis of the combinations of motions on which the forces of some contacts do no work, one per column.
+  function free_motions(work, is_holding) result(motions)
+    !> as for count_free_motions
+    real(rk), intent(in) :: work(:, :)
+    !> whether a contact has a force, shape (n)
+    logical, intent(in) :: is_holding(:)
+    !> [-] shape (n_motions, n_free)
+    real(rk), allocatable :: motions(:, :)
+    integer, allocatable :: held(:), others(:), rows(:)
+    real(rk), allocatable :: shares(:, :)
+    logical :: is_singular
+    integer :: i
+
+    rows = pack([(i, i=1, size(is_holding))], is_holding)
+    held = independent_columns(work(rows, :), dependent)
+    others = pack([(i, i=1, size(work, 2))], [(all(held /= i), i=1, size(work, 2))])
+    allocate (motions(size(work, 2), size(others)), source=0.0_rk)
+    allocate (shares(size(held), size(others)))
+    associate (of_held => work(rows, held))
+      call solve_dense(matmul(transpose(of_held), of_held), matmul(transpose(of_held), work(rows, others)), shares, is_singular)
+    end associate
+    motions(held, :) = -shares
+    do i = 1, size(others)
+      motions(others(i), i) = 1
+    end do
+  end function free_motions
 
   !> Returns [N; 1] of a condensed problem: the work of a unit force of each contact on the motion that belongs to each anchor,
   !> which opens this anchor by 1 and no other anchor. Shape (n, n_anchors).

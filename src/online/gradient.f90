@@ -2,6 +2,7 @@
 !> Derivatives of an answer with respect to the parameters, where closed contacts with a force stay closed and open ones stay open.
 module sig_gradient
   use sig_answer, only: answer_t
+  use sig_free_motions, only: free_motions, is_loaded
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: lcp_derivative_t
   implicit none(type, external)
@@ -33,7 +34,15 @@ module sig_gradient
     real(rk), allocatable :: moves(:, :)
     !> [length] derivatives of the coordinates of the modes, in an interpolated part only; shape (n_modes, n_parameters)
     real(rk), allocatable :: coordinates(:, :)
+    !> [-] opening of each anchor in each motion that no contact force holds beside the point, as a parameter changes: such a motion
+    !> has no derivative. Columns of zeros are no motions. Shape (n_anchors, n_anchors, n_parameters), in a condensed or
+    !> interpolated part only
+    real(rk), allocatable :: loose(:, :, :)
+    !> [force] a force up to this one is rounding, in such a part
+    real(rk) :: least_force = 0
   contains
+    procedure :: find_loose
+    procedure :: is_loose
     procedure :: sizes
     procedure :: take
     procedure :: take_forces
@@ -82,4 +91,38 @@ contains
     self%multipliers = self%unknowns
     self%multipliers(anchors, :) = self%direction * derivative%openings(anchors, :) / scale
   end subroutine take_forces
+
+  !> Finds the motions that neither the forces at the point nor those that arise beside it hold, for each parameter. Requires:
+  !> take_forces, and least_force is set.
+  subroutine find_loose(self, work, forces)
+    class(gradient_t), intent(inout) :: self
+    !> work of each contact force on the motion of each anchor (anchor_work), shape (n_multipliers, n_anchors)
+    real(rk), intent(in) :: work(:, :)
+    !> [force] at the point, shape (n_multipliers)
+    real(rk), intent(in) :: forces(:)
+    real(rk), allocatable :: motions(:, :)
+    integer :: i
+
+    if (allocated(self%loose)) deallocate (self%loose)
+    allocate (self%loose(size(work, 2), size(work, 2), size(self%multipliers, 2)), source=0.0_rk)
+    if (size(work, 2) == 0) return
+    do i = 1, size(self%multipliers, 2)
+      motions = free_motions(work, is_loaded(forces, self%least_force) .or. &
+        is_loaded(self%direction * self%multipliers(:, i) * self%lengths(i), self%least_force))
+      self%loose(:, :size(motions, 2), i) = motions
+    end do
+  end subroutine find_loose
+
+  !> Whether a dof moves in one of the motions that no contact force holds as a parameter changes, so that its displacement has no
+  !> derivative.
+  pure logical function is_loose(self, i_parameter, motion)
+    class(gradient_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: i_parameter
+    !> [-] displacement of the dof as each anchor opens by 1, shape (n_anchors); the sign does not matter
+    real(rk), intent(in) :: motion(:)
+    real(rk), parameter :: rounding = 1.0e-6_rk
+
+    is_loose = any(abs(matmul(motion, self%loose(:, :, i_parameter))) > rounding)
+  end function is_loose
 end module sig_gradient

@@ -8,6 +8,7 @@ module sig_interpolated_derivative
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_linear_algebra, only: multiply
+  use sig_reduced_exact, only: round_work, rounding_force
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
@@ -17,8 +18,9 @@ contains
 
   !> Computes the derivatives of unknowns, multipliers, moves of the anchors (sig_interpolated_data), and coordinates of modes with
   !> respect to each parameter. If is_singular is true, there is no derivative and `gradient` does not change: the contact forces
-  !> are not unique, or the problem of the contacts that graze has no solution (differentiate_lcp).
-  subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular)
+  !> are not unique, the loads move a body that no contact force holds (is_pushed), or the problem of the contacts that graze has no
+  !> solution (differentiate_lcp).
+  subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular, is_pushed)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
@@ -30,6 +32,7 @@ contains
     !> parameters where a contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
+    logical, intent(out) :: is_pushed
     real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
     type(lcp_derivative_t) :: derivative
     integer :: i
@@ -41,10 +44,14 @@ contains
     do i = 1, size(changes, 2)
       call change_opening(data, theta, gradient%direction * gradient%theta(:, i), unknowns, changes(:, i))
     end do
-    call differentiate_lcp(compliance, opening, gradient%sizes(opening_terms(data, theta), changes), unknowns, changes, derivative)
+    call round_work(data%anchors, data%scale * matmul(abs(data%anchor_forces), abs(gradient%theta)), changes)
+    call differentiate_lcp(compliance, opening, gradient%sizes(opening_terms(data, theta), changes), unknowns, changes, &
+      derivative, data%anchors)
     is_singular = derivative%is_singular
+    is_pushed = derivative%is_pushed
     if (is_singular) return
     call gradient%take_forces(derivative, data%anchors, data%scale)
+    gradient%least_force = rounding_force(compliance, opening_terms(data, theta))
     if (allocated(gradient%moves)) deallocate (gradient%moves)
     allocate (gradient%moves(size(data%anchors), size(changes, 2)))
     if (allocated(gradient%coordinates)) deallocate (gradient%coordinates)

@@ -5,12 +5,14 @@
 !> A query starts from the active set of the nearest training point. If this point has a reference with a principal pivot transform,
 !> the transformed problem is solved: its unknowns are zero except for the contacts whose status differs from the reference.
 module sig_reduced_condensed
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t
   use sig_bits, only: unpack_bits
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_condensed_data, only: condensed_data_t
-  use sig_condensed_displacement, only: condensed_displacement_of_dof, fill_condensed_displacement
+  use sig_condensed_displacement, only: condensed_anchor_motion, condensed_displacement_of_dof, fill_condensed_displacement
   use sig_description_line, only: line
+  use sig_free_motions, only: anchor_work
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
@@ -19,7 +21,7 @@ module sig_reduced_condensed
   use sig_pivot_transform, only: transform_columns
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, take_forces
+  use sig_reduced_exact, only: displacement_text, not_unique, pushed, round_work, rounding_force, take_forces
   use sig_text, only: counted
   implicit none(type, external)
   private
@@ -279,8 +281,8 @@ contains
   end subroutine certify
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
-  !> the contact forces are not unique, or the problem of the contacts that graze has no solution (differentiate_lcp). Arguments:
-  !> no_derivative in sig_reduced.
+  !> the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the contacts that graze
+  !> has no solution (differentiate_lcp). Arguments: no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -293,16 +295,23 @@ contains
     call self%open_freely(answer%theta, free_opening)
     terms = matmul(abs(self%free_opening), abs(answer%theta))
     changes = gradient%direction * matmul(self%free_opening, gradient%theta)
-    call differentiate_lcp(self%compliance, free_opening, gradient%sizes(terms, changes), answer%unknowns, changes, derivative)
-    if (derivative%is_singular) then
+    call round_work(self%anchors, matmul(abs(self%free_opening(self%anchors, :)), abs(gradient%theta)), changes)
+    call differentiate_lcp(self%compliance, free_opening, gradient%sizes(terms, changes), answer%unknowns, changes, derivative, &
+      self%anchors)
+    if (derivative%is_pushed) then
+      message = pushed
+    else if (derivative%is_singular) then
       message = not_unique
     else
       call gradient%take_forces(derivative, self%anchors, self%scale)
+      gradient%least_force = rounding_force(self%compliance, terms)
+      call gradient%find_loose(anchor_work(self%compliance, self%anchors, self%scale), answer%multipliers)
     end if
   end subroutine differentiate
 
   !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which this part
-  !> has no displacement. The displacement is linear in the terms and in the unknowns. Arguments: no_changes in sig_reduced.
+  !> has no displacement, and for those that move in a motion that no contact force holds. The displacement is linear in the terms
+  !> and in the unknowns. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_condensed_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -315,6 +324,7 @@ contains
     do i = 1, size(dofs)
       changes(i) = condensed_displacement_of_dof(self, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), &
         dofs(i))
+      if (gradient%is_loose(i_parameter, condensed_anchor_motion(self, dofs(i)))) changes(i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
   end subroutine displacement_changes
 end module sig_reduced_condensed

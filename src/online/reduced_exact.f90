@@ -15,10 +15,13 @@ module sig_reduced_exact
   use sig_text, only: counted, join, string_t
   implicit none(type, external)
   private
-  public :: reduced_exact_t, displacement_text, take_forces
+  public :: reduced_exact_t, displacement_text, round_work, rounding_force, take_forces
 
+  !> reasons why differentiate_lcp finds no derivatives
   character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they ' // &
     'are not unique, or contacts that touch without a force leave no solution beside this point'
+  character(*), parameter, public :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
+    'this direction, the loads move a body that no contact force holds here'
 
   !> Base type of these kinds. Each kind extends it twice: in a file for its data, which completes, checks, writes and reads them,
   !> and in a file for its queries.
@@ -221,6 +224,23 @@ contains
       if (softest > 0) force = rounding * maxval(sizes) / softest
     end associate
   end function rounding_force
+
+  !> Sets changes of the work of the loads on the motions of the anchors to zero if they are rounding: at most 1e-9 of their terms,
+  !> as the derivatives of the terms are differences.
+  pure subroutine round_work(anchors, terms, changes)
+    !> 1-based among the rows
+    integer, intent(in) :: anchors(:)
+    !> sum of the absolute values of the terms of the changes at each anchor, shape (n_anchors, n_parameters)
+    real(rk), intent(in) :: terms(:, :)
+    !> changes of W z + q, shape (n_multipliers, n_parameters)
+    real(rk), intent(inout) :: changes(:, :)
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    integer :: i
+
+    do i = 1, size(anchors)
+      where (abs(changes(anchors(i), :)) <= rounding * terms(i, :)) changes(anchors(i), :) = 0
+    end do
+  end subroutine round_work
 
   !> Returns a text that says at which nodes a part has displacements, and whether these are exact or by modes. It has no line end.
   pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)

@@ -21,7 +21,7 @@ module sig_reduced_interpolated
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_no_material, reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, take_forces
+  use sig_reduced_exact, only: displacement_text, not_unique, pushed, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
@@ -322,21 +322,27 @@ contains
   end function describe
 
   !> Computes the derivatives of the answer with respect to each parameter (differentiate_interpolated). Errors: message is
-  !> allocated if the contact forces are not unique, or the problem of the contacts that graze has no solution. Arguments:
-  !> no_derivative in sig_reduced.
+  !> allocated if the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the
+  !> contacts that graze has no solution. Arguments: no_derivative in sig_reduced.
   subroutine differentiate(self, answer, gradient, message)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
-    logical :: is_singular
+    logical :: is_pushed, is_singular
 
-    call differentiate_interpolated(self, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular)
-    if (is_singular) message = not_unique
+    call differentiate_interpolated(self, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular, is_pushed)
+    if (is_pushed) then
+      message = pushed
+    else if (is_singular) then
+      message = not_unique
+    else
+      call gradient%find_loose(self%anchor_closing, answer%multipliers)
+    end if
   end subroutine differentiate
 
   !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which this part
-  !> has no displacement. Arguments: no_changes in sig_reduced.
+  !> has no displacement, and for those that move in a motion that no contact force holds. Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_interpolated_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -345,6 +351,7 @@ contains
     integer, intent(in) :: dofs(:)
     real(rk), intent(out) :: changes(:)
     integer :: i, places(size(dofs))
+    logical :: is_loose
     real(rk), allocatable :: found(:)
 
     places = [(place_in_ascending(self%exact_dofs, dofs(i)), i=1, size(dofs))]
@@ -352,9 +359,16 @@ contains
     call interpolated_displacement_changes(self, answer%theta, answer%unknowns, gradient, i_parameter, &
       pack(places, places > 0), found)
     changes = unpack(found, places > 0, ieee_value(1.0_rk, ieee_quiet_nan))
-    if (.not. self%has_modes()) return
     do i = 1, size(dofs)
-      if (places(i) == 0) changes(i) = mode_displacement_change(self, gradient, i_parameter, dofs(i))
+      if (places(i) > 0) then
+        is_loose = gradient%is_loose(i_parameter, self%anchor_motions(places(i), :))
+      else if (self%has_modes()) then
+        changes(i) = mode_displacement_change(self, gradient, i_parameter, dofs(i))
+        is_loose = gradient%is_loose(i_parameter, self%mode_motions(dofs(i), :))
+      else
+        cycle
+      end if
+      if (is_loose) changes(i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
   end subroutine displacement_changes
 end module sig_reduced_interpolated

@@ -124,3 +124,56 @@ def said(signorom, folder, *arguments):
     done = signorom.run(*arguments, folder=folder)
     assert done.returncode == 0
     return done.stderr
+
+
+@pytest.mark.parametrize(("changes", "more"), [(PLAIN, {}), (WITH_MODULUS, {"E": 80.0})])
+def test_forces_on_a_loose_block_have_derivatives(signorom, post, tmp_path, changes, more):
+    """They are zero until the plates squeeze the block; its displacement has none, and that of the plates has."""
+    with trained(signorom, post, tmp_path, changes) as model:
+        places = model.nodes[1]
+        in_block = slice(6, 15)  # the mesh has 6 nodes of the lower plate, then 9 of the block
+        assert places[in_block, 1].min() == 0.0
+        assert places[in_block, 1].max() == 1.0
+        loose = model.query(stroke=0.005, **more)
+        for gradient in (loose.gradient, loose.backward_gradient):
+            assert not gradient.multipliers.any()
+            assert not gradient.is_one_sided.any()
+            assert np.isnan(gradient.displacement[:, in_block, 1]).all()
+            # the upper plate moves down as a whole
+            np.testing.assert_allclose(gradient.displacement[0, 15:, 1], -1.0, atol=1e-9)
+            assert not np.isnan(np.delete(gradient.displacement, range(6, 15), axis=1)).any()
+        modulus = more.get("E", 100.0)
+        stiffness = 1 / (0.01 + 1 / modulus)
+        touching, pressed = (model.query(stroke=stroke, **more) for stroke in (GAP, 0.02))
+        assert force_between(touching.gradient)[0] == pytest.approx(stiffness, rel=1e-6)
+        assert force_between(touching.backward_gradient)[0] == pytest.approx(0.0, abs=1e-9)
+        assert touching.gradient.is_one_sided[0]
+        assert touching.gradient.n_grazing == len(touching.multipliers)
+        assert force_between(pressed.gradient)[0] == pytest.approx(stiffness, rel=1e-6)
+        assert not np.isnan(pressed.gradient.displacement).any()
+        if more:  # dK/dE = K^2 / E^2
+            expected = (stiffness / modulus) ** 2 * (0.02 - GAP)
+            assert force_between(pressed.gradient)[1] == pytest.approx(expected, rel=1e-4)
+
+
+def test_loads_that_begin_to_act(signorom, post, tmp_path):
+    """At P = 0 a load moves a block that lies loosely; one that lies on a plate presses it there at once."""
+    with trained(signorom, post, tmp_path, LOADED) as model:
+        held = model.query(stroke=0.005, P=0.05)
+        assert force_between(held.resultants) == pytest.approx(0.1, rel=1e-9)
+        assert force_between(held.gradient).tolist() == pytest.approx([0.0, 2.0], abs=1e-9)
+        assert held.n_free_motions == 0
+        loose = model.query(stroke=0.005, P=0.0)
+        assert loose.n_free_motions == 2
+        refusals = []
+        # a load upwards is carried by the ceiling, one downwards by the floor, and the block can lie on one of them only
+        for name, of_ceiling, of_floor in (("gradient", 2.0, 0.0), ("backward_gradient", 0.0, -2.0)):
+            try:
+                gradient = getattr(loose, name)
+            except post.NoAnswerError as refused:
+                refusals.append(str(refused))
+                continue
+            assert force_between(gradient)[1] == pytest.approx(of_ceiling, abs=1e-9)
+            assert gradient.forces[1, 0, 1] == pytest.approx(of_floor, abs=1e-9)
+        assert len(refusals) >= 1
+        assert all("the loads move a body that no contact force holds here" in text for text in refusals)

@@ -707,6 +707,18 @@ PLANTED = [
         "a grazing contact that closes relieves the others in the wrong sense",
     ),
     Planted(
+        SRC + "dense/lcp_derivative.f90",
+        "z(n + 1:) = z(n + 1:) - solution%lambda",
+        "z(n + 1:) = z(n + 1:) + solution%lambda",
+        "a body that no contact force holds moves one way only",
+    ),
+    Planted(
+        SRC + "online/free_motions.f90",
+        "forces > max(least, rounding",
+        "forces >= max(0 * least, 0 * rounding",
+        "contacts without a force hold bodies",
+    ),
+    Planted(
         SRC + "terms/term_derivatives.f90",
         "slopes = (8 * (values(:, 1) - values(:, -1)) - ",
         "slopes = (8 * (values(:, 1) - values(:, -1)) + ",

@@ -160,7 +160,8 @@ class Gradient:
     #: derivatives of the resultant moments, shape (n_parameters, n_entries, n_moments)
     moments: FloatArray
     #: derivatives of the displacement of the nodes that the query asked for (default: all), NaN at nodes without a
-    #: displacement. If one node has a displacement but no derivative of it, all are NaN. Shape (n_parameters, n_nodes,
+    #: displacement, and at nodes of bodies that no contact force holds beside the point (Answer.n_free_motions). If
+    #: the model cannot differentiate the displacement of one of the nodes, all are NaN. Shape (n_parameters, n_nodes,
     #: n_dimensions)
     displacement: FloatArray
     #: whether the derivatives towards larger and smaller values of a parameter differ. This happens where a contact
@@ -238,9 +239,9 @@ class Answer:
 
         A hyper-reduced model gives the derivatives of its full-order operator. NoAnswerError if it has no such operator
         or if this has no answer at the point, if a load or an expression of the deck jumps at the point, has no finite
-        slope there or no value beside it, if the contact forces are not unique, or if contacts that touch without a
-        force leave no solution beside the point. The first access computes the derivatives; ValueError if the model is
-        closed then.
+        slope there or no value beside it, if the contact forces are not unique, if contacts that touch without a force
+        leave no solution beside the point, or if beside it the loads move a body that no contact force holds here. The
+        first access computes the derivatives; ValueError if the model is closed then.
         """
         return self._differentiate(1)
 
