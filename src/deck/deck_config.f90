@@ -314,7 +314,7 @@ module sig_deck_config
 
   !> Sections reduction and certificate.
   type :: reduction_config_t
-    !> auto (default): condensed if that is possible and the deck asks for no clusters, else hhr; condensed; hhr
+    !> auto (default; condensed if possible and without clusters, else hhr; an error if only interpolation fails), condensed, hhr
     character(:), allocatable :: method
     !> [-] energy tail of the POD, (20); default 1.0e-8
     real(rk) :: pod_tolerance = 1.0e-8_rk

@@ -100,15 +100,17 @@ contains
     integer, intent(in) :: i_mapping
     !> a key that is valid in the mapping
     character(*), intent(in) :: key
+    type(string_t) :: wanted(1)
     integer, allocatable :: nodes(:)
     integer :: i
 
     i_node = 0
     if (this%find(i_mapping, key) > 0) return
+    wanted(1)%text = key
     nodes = this%children(i_mapping)
     do i = 1, size(nodes)
       if (this%nodes(nodes(i))%was_read .or. this%nodes(nodes(i))%kind /= kind_mapping) cycle
-      if (did_you_mean(this%nodes(nodes(i))%key, [string_t(key)]) == '') cycle
+      if (did_you_mean(this%nodes(nodes(i))%key, wanted) == '') cycle
       i_node = nodes(i)
       return
     end do

@@ -217,8 +217,9 @@ contains
     case (missing)
       call make_error(error, address_text(address) // ' is missing', file=path)
     case (elsewhere)
-      call make_error(error, address_text(address) // ' is reached by a link, or its values stand in another file or in pieces; ' &
-        // 'only values in one piece of the file itself are read', file=path)
+      call make_error(error, address_text(address) // ' is reached by a soft or external link, or its values are chunked, ' // &
+        'compressed or in another file; such values are not read', file=path, &
+        hint='with h5py, create the dataset without chunks, maxshape and compression')
     case (too_large)
       call make_error(error, address_text(address) // ' claims more values than are stored in the file (perhaps it was never ' // &
         'filled), or too much was read from this file already', file=path)

@@ -91,7 +91,7 @@ module sig_model
     !> elastic_lifting or multiplier: how the reduced model takes prescribed displacements into account (key reduction.dirichlet)
     character(:), allocatable :: dirichlet
     !> [-] largest allowed relative bound of a cluster's answer. If the bound is larger, the fallback answers; without a fallback
-    !> the point has no answer. 0 = no limit, and the fallback gives no bounds for other parts
+    !> the point has no answer. With 0 there is no limit, and the fallback does not bound the errors of clusters
     real(rk) :: max_error = 0
     !> one per cluster, then the fallback if there is one
     type(part_t), allocatable :: parts(:)

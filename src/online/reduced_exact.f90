@@ -23,8 +23,8 @@ module sig_reduced_exact
   character(*), parameter, public :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
     'this direction, the loads move a body that no contact force holds here'
 
-  !> Base type of these kinds. Each kind extends it twice: in a file for its data, which completes, checks, writes and reads them,
-  !> and in a file for its queries.
+  !> Base type of these kinds. Each kind has two types, each in a file of its own: the first extends this type by the data, which it
+  !> completes, checks, writes and reads; the second extends the first by the queries.
   type, abstract, extends(reduced_t) :: reduced_exact_t
     !> dofs whose displacement under the forces of the answer is exact (in an interpolated part except for the interpolation),
     !> ascending, 1-based, shape (n_exact): those of all nodes, or of the boundaries that the deck names, or none

@@ -12,7 +12,7 @@ module sig_training_set
   !> Has pointers into the sets from which it was taken: these must outlive it and must not change.
   type :: training_set_t
     type(string_t), allocatable :: parameter_names(:)
-    !> shape (n_parameters, m)
+    !> shape (n_parameters, m), m = number of snapshots
     real(rk), allocatable :: parameters(:, :)
     !> [length] this rank's dofs of each snapshot, from first_dof on; shape (m)
     type(column_t), allocatable :: displacement(:)
@@ -20,7 +20,7 @@ module sig_training_set
     !> number of dofs of this rank, and of all ranks
     integer :: n_own = 0
     integer :: n_dofs = 0
-    !> [force] contact forces of each snapshot; shape (m)
+    !> [force] contact forces, one column per snapshot; shape (m)
     type(column_t), allocatable :: multipliers(:)
     !> [length] response to each term without contact, on every rank; shape (n_dofs, n_terms)
     real(rk), pointer, contiguous :: free_response(:, :) => null()

@@ -100,7 +100,7 @@ contains
   pure function remainder_of(row, held) result(rest)
     !> row of B Z, shape (n_free)
     real(rk), intent(in) :: row(:)
-    !> orthonormal columns of the held motions, shape (n_free, n_held)
+    !> [-] orthonormal basis of the held motions, in amplitudes of the free motions; shape (n_free, n_held)
     real(rk), intent(in) :: held(:, :)
     real(rk) :: rest(size(row))
 
@@ -115,7 +115,7 @@ contains
     logical, intent(in) :: is_candidate(:)
     !> [force] shape (n_rows)
     real(rk), intent(in) :: multipliers(:)
-    !> orthonormal columns of the held motions, shape (n_free, n_held)
+    !> [-] orthonormal basis of the held motions, in amplitudes of the free motions; shape (n_free, n_held)
     real(rk), intent(in) :: held(:, :)
     integer :: k
 

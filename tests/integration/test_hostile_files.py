@@ -154,16 +154,25 @@ HOSTILE = {
     "box_inside_out": (put("parameters/minimum", 1e9), "'box'"),
     "name": (replace("parameters/names", data=[b"squeeze", b"1=2"]), "'parameter_names'"),
     "sparse": (put_sparse("clusters/1/basis", (2**28, 2**28)), "claims more values"),
-    "sparse_chunks": (put_sparse("clusters/1/basis", (2**30, 2**30), is_chunked=True), "in pieces"),
+    "sparse_chunks": (
+        put_sparse("clusters/1/basis", (2**30, 2**30), is_chunked=True),
+        "are chunked, compressed",
+    ),
     "overflow": (put_sparse("clusters/1/gap", (2**32, 2**32), is_chunked=True), "cannot read the dataset"),
     "no_values": (put_sparse("clusters/1/cells", (HUGE,), "i4"), "claims more values"),
     "many_texts": (put_sparse("terms/names", (2**33,), "S1"), "claims more values"),
     "wide_text": (put_sparse("title", (), f"S{2**28}"), "claims more values"),
-    "packed": (replace("title", data=[b"a"] * 99, compression="gzip"), "in pieces"),
-    "soft_link": (put_link("title", h5py.SoftLink("/deck")), "is reached by a link"),
-    "round_link": (put_link("title", h5py.SoftLink("/title")), "is reached by a link"),
-    "external_link": (put_link("title", h5py.ExternalLink("other.h5", "/secret")), "is reached by a link"),
-    "linked_group": (put_link("clusters/1", h5py.ExternalLink("other.h5", "/")), "is reached by a link"),
+    "packed": (replace("title", data=[b"a"] * 99, compression="gzip"), "are chunked, compressed"),
+    "soft_link": (put_link("title", h5py.SoftLink("/deck")), "is reached by a soft or external link"),
+    "round_link": (put_link("title", h5py.SoftLink("/title")), "is reached by a soft or external link"),
+    "external_link": (
+        put_link("title", h5py.ExternalLink("other.h5", "/secret")),
+        "is reached by a soft or external link",
+    ),
+    "linked_group": (
+        put_link("clusters/1", h5py.ExternalLink("other.h5", "/")),
+        "is reached by a soft or external link",
+    ),
     "external_values": (
         replace("title", shape=(1,), dtype="S9", external=[("other.txt", 0, 9)]),
         "in another file",
@@ -224,7 +233,10 @@ def test_any_number_of_a_model_may_be_wrong(library, model, tmp_path):
     ("how", "sentence"),
     [
         (put_sparse("displacement", (2**28, 2**28)), "claims more values"),
-        (put_link("displacement", h5py.ExternalLink("other.h5", "/secret")), "is reached by a link"),
+        (
+            put_link("displacement", h5py.ExternalLink("other.h5", "/secret")),
+            "is reached by a soft or external link",
+        ),
         (replace("multipliers", data=np.ones((21, 3))), "their sizes differ"),
         (put("parameters", np.nan), "a parameter of a point is infinite or not a number"),
     ],

@@ -296,11 +296,13 @@ contains
         counted(size(constants(i)%numerators), 'constant')
     end do
     associate (reduction => problem%deck%reduction)
-      call make_error(error, 'interpolation over the elastic constants needs more nodes than a body may have: after ' // &
+      call make_error(error, 'interpolation over the elastic constants needs more interpolation nodes than are allowed for ' // &
+        'a body: after ' // &
         counted(data%n_factorizations, 'factorization') // ' ' // error_text(problem, solved, data) // '; the relative errors ' // &
         'at all training points, and their estimates at other points, must be at most a quarter of ' // &
         'reduction.stiffness_tolerance (' // to_text(reduction%stiffness_tolerance) // ')' // bodies, problem%deck%path, &
-        hint='let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance', &
+        hint='let the elastic constants vary less, let the moduli of a body share one factor, take a larger tolerance, or ' // &
+        'reduction.method: hhr', &
         exit_code=exit_not_converged)
     end associate
   end subroutine refuse

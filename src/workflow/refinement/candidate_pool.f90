@@ -24,8 +24,8 @@ module sig_candidate_pool
 
   !> The errors of a model at all candidates.
   type :: pool_errors_t
-    !> [-] infinite where the cluster has no answer or the error cannot be measured (measurable); NaN where nothing touches in
-    !> either model, and at candidates that were not measured; shape (n_candidates)
+    !> [-] infinite where the cluster has no answer or the error cannot be measured (measurable); NaN at candidates that were not
+    !> measured and, for errors of contact forces (not for e_u), where nothing touches in either model; shape (n_candidates)
     real(rk), allocatable :: values(:)
     !> cluster that the model chooses, 0 at candidates that were not measured; shape (n_candidates)
     integer, allocatable :: cluster(:)

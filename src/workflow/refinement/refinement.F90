@@ -243,7 +243,7 @@ contains
     integer, intent(in) :: n_first
     type(attempt_t), intent(inout) :: attempt
     type(prospect_t), intent(inout) :: prospects(:)
-    !> false if the cluster cannot be trained with them: then the attempt stays as it was, and the cluster gets no more snapshots
+    !> false if the cluster cannot be trained with them: then the attempt stays, and the cluster gets no more unless it is split
     logical, intent(out) :: is_done
     PetscErrorCode, intent(out) :: ierr
     type(attempt_t) :: next
@@ -267,7 +267,7 @@ contains
         own_errors(next%errors))
       attempt = next
     else
-      call log_warning('cluster ' // to_text(k) // ' gets no more snapshots: ' // failure%message)
+      call log_warning('cluster ' // to_text(k) // ' cannot be trained with more snapshots, and stays: ' // failure%message)
     end if
 
   contains

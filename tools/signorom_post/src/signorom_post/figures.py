@@ -162,7 +162,7 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
     if not any("multipliers_full_order" in point.fields for point in fields.points):
         raise NotDrawableError(f"{fields.path}: no point has the field 'multipliers_full_order'")
     if fields.contact.n_rows == 0:
-        raise NotDrawableError(f"{fields.path}: there are no contact pairs")
+        raise NotDrawableError(f"{fields.path}: there are no contact rows")
     if fields.mesh.n_dim == 3:
         yield "", pressure_maps(fields, results.model_if_present, results.surfaces)
     else:

@@ -46,7 +46,7 @@ class Results:
 
     @cached_property
     def surfaces(self) -> ContactSurfaces:
-        """Contact surfaces of contact.h5 or, if there is no such file, of fields.h5, read at the first use.
+        """Contact surfaces of contact.h5 or, if it is missing or belongs to other points, of fields.h5; read once.
 
         InputError if a file cannot be used.
         """

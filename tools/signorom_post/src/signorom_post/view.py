@@ -28,9 +28,9 @@ def write_view(
     """Writes a picture of each field of PICTURES that the point has, then the script; yields the path of each file.
 
     The files are in the folder `output`, which is made if needed; the script is `in_paraview.py`. A field that is zero
-    everywhere gets no picture. `camera`, shape (3), is the direction from solid bodies to the viewer; default: a corner
-    from which one sees all bodies. InputError if VTK or the displacement is missing, or if a plane mesh gets a camera;
-    OSError if a file cannot be written.
+    everywhere gets no picture. `camera`, shape (3), is the direction from solid bodies to the viewer; default: the
+    corner that shows most of all bodies. InputError if VTK or the displacement is missing, or if a plane mesh gets a
+    camera; OSError if a file cannot be written.
     """
     if find_spec("vtk") is None:
         raise InputError(

@@ -22,7 +22,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--camera",
         metavar="X,Y,Z",
         type=direction,
-        help="from where one looks at bodies in space, as --camera=1,-2,1; default: a corner that shows them all",
+        help="direction from bodies in space to the viewer, as --camera=1,-2,1; "
+        "default: the corner that shows most of all bodies",
     )
 
 
