@@ -126,9 +126,10 @@ contains
     end do
   end function hats_of_side
 
-  !> [-] Returns the coefficients of the owner of a row, shape (n_dim). Where the first side of the row has more nodes than the
-  !> owner, they are scaled: if the owner moves by them, the row changes by 1. Along a side of a quadratic face this is the shape
-  !> function of the middle node in the changed basis.
+  !> [-] Returns the coefficients of the owner of a row, shape (n_dim): the unit normal if the owner is the only node of its side.
+  !> If the first side has further nodes, the owner is a mid-side node of a quadratic face, and the coefficients are scaled: if the
+  !> owner moves by them, the row changes by 1. The hat is then the function of this node in the changed basis
+  !> (sig_changed_basis), times the unit normal.
   pure function normal_of(rows, row) result(normal)
     type(contact_rows_t), intent(in) :: rows
     !> number among all contact rows

@@ -35,8 +35,9 @@ module sig_bound_form
     integer, allocatable :: order(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
-    !> [-] v and s of the rows, one after the other as rows%dofs; v of unit length or zero
+    !> [-] v of all rows, of unit length or zero; entry i belongs to rows%dofs(i)
     real(rk), allocatable :: reflectors(:)
+    !> [-] s of all rows; entry i belongs to rows%dofs(i)
     real(rk), allocatable :: shares(:)
   contains
     procedure :: create

@@ -172,7 +172,8 @@ contains
     integer, intent(in) :: i_parameter
     !> [unit of the parameter] > 0
     real(rk), intent(in) :: step
-    !> shape (n_terms, 5); zero on a side where a value is missing
+    !> values of the terms at the steps -2 to 2, shape (n_terms, 5); in: step 0; out: also the others. If any value on a side is
+    !> missing, both columns of this side are 0 for all terms
     real(rk), contiguous, intent(inout) :: values(:, -2:)
     !> a source without a finite value on the side -1 and on the side 1, 1-based; 0 = none
     integer, intent(out) :: missing(-1:)

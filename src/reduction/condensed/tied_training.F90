@@ -166,7 +166,7 @@ contains
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i
     class(tied_data_t), intent(inout) :: data
-    !> why the stiffness with tied rows could not be factored; empty where it could
+    !> why the problem with tied rows could not be factored or solved; empty where it could
     character(:), allocatable, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team

@@ -291,6 +291,6 @@ contains
     cluster%warnings = solvability_warnings(cluster, problem%deck%reduction%enrichment%type == 'all', size(loaded), n_missed)
     if (is_undetermined(cluster)) call make_error(error, undetermined_text(cluster), problem%deck%path, &
       hint='add the contact surfaces and the loaded surfaces to reduction.zones_of_interest, or take fewer modes (a larger ' // &
-      'pod_tolerance, or a smaller n_modes or extra_modes)')
+      'extended_pod_tolerance if the deck has it, else a larger pod_tolerance, or a smaller n_modes or extra_modes)')
   end subroutine check_solvable
 end module sig_training_system

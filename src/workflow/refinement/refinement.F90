@@ -267,7 +267,7 @@ contains
         own_errors(next%errors))
       attempt = next
     else
-      call log_warning('cluster ' // to_text(k) // ' cannot be trained with more snapshots, and stays: ' // failure%message)
+      call log_warning('cluster ' // to_text(k) // ' stays as it was; its new snapshots cannot be used: ' // failure%message)
     end if
 
   contains

@@ -71,7 +71,7 @@ def _plane(check: CheckFile, entry: int) -> Figure:
 
 
 def _solid(check: CheckFile, entry: int) -> Figure:
-    """Left: both surfaces at their places, from a corner. Right: the first surface alone, from its front."""
+    """Left: both surfaces at their places, from a corner. Right: the first surface alone, in the view of `lay_out`."""
     points = check.mesh.coordinates
     first, second = check.of(SURFACE, contact=entry, side=1), check.of(SURFACE, contact=entry, side=2)
     nodes = np.unique(np.concatenate(first + second))

@@ -31,7 +31,7 @@ def pressure_maps(
 ) -> Figure:
     """Returns a figure of the contact pressure, with a column for each contact at each point.
 
-    Each surface is seen from its front, a closed one from a corner. Up to four columns are drawn: of the contacts those
+    `lay_out` chooses the view of each surface. Up to four columns are drawn: of the contacts those
     with the largest pressures, and points spread over those with full-order forces; at least one must have them. The
     full order is above, the reduced model below if there is one. Units of parameters that `fields` lacks come from
     `model`. `surfaces` are those of contact.h5; default: those of `fields`, without names.

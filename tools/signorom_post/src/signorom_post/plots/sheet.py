@@ -61,11 +61,14 @@ class Sheet:
 
 
 def lay_out(points: FloatArray, facets: list[IntArray], outward: FloatArray, weights: FloatArray) -> Sheet:
-    """Returns the surface in the view that shows it: an open one from its front, both of its sides.
+    """Returns the surface in the view that shows it best.
 
-    A surface that closes on itself is shown from a corner, only the part that looks at the viewer: of a bore the far
-    half. `facets` have the nodes around each face; `outward`, shape (n_nodes, 3), are outward normals of any length,
-    zero where unknown. `weights`, shape (n_nodes), say which part of a closed surface must be seen.
+    An open surface is shown as a whole, also the parts that look away from the viewer. If its mean normal is nearly
+    along x, y or z, it is shown on the plane of the other two coordinates (PLANES), which may be from behind; otherwise
+    from its front. A surface that closes on itself is shown from a corner, and only the part that looks at the viewer:
+    of a bore the far half. `facets` have the nodes around each face; `outward`, shape (n_nodes, 3), are outward normals
+    of any length, zero where unknown. `weights`, shape (n_nodes), are only for a closed surface: parts with larger
+    weights count more in the choice of the corner.
     """
     triangles, owners = _fans(facets)
     faces = Faces(triangles[:, [0, 1, 2, 2]], owners)
