@@ -90,7 +90,7 @@ contains
 
   !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
   !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
-  !> warn_of_residuals, warn_of_deformations and warn_of_unheld of the points that did. Local.
+  !> warn_of_residuals, warn_of_deformations and unheld_warning say of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -98,6 +98,7 @@ contains
     type(solved_points_t), intent(in) :: solved
     type(run_report_t), intent(inout) :: report
     type(reaction_t), allocatable :: reactions(:)
+    character(:), allocatable :: warning
     integer :: i
 
     call report%add('units/force', force_unit(problem%deck))
@@ -110,7 +111,8 @@ contains
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_deformations(problem, solved, report)
-    call warn_of_unheld(problem, points, solved, report)
+    warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)
+    call warn('positions', warning, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) then
         call log_warning('not converged at ' // format_point(problem%deck%parameters, points(:, i)) // ': ' // &
@@ -130,25 +132,19 @@ contains
     character(:), allocatable :: warning
 
     warning = motion_warning(largest_rotation(problem%motions, solved%states), largest_deformation(problem%motions, solved%states))
-    if (warning == '') return
-    call log_warning(warning)
-    call report%add('deformations/warning', warning)
+    call warn('deformations', warning, report)
   end subroutine warn_of_deformations
 
-  !> Warns once in the log and in the report if unheld_warning has a text for the solved points.
-  subroutine warn_of_unheld(problem, points, solved, report)
-    type(problem_t), intent(in) :: problem
-    !> shape (n_parameters, n_points)
-    real(rk), intent(in) :: points(:, :)
-    type(solved_points_t), intent(in) :: solved
+  !> Writes a warning to the log and to a section of the report; does nothing if the text is empty.
+  subroutine warn(section, warning, report)
+    character(*), intent(in) :: section
+    character(*), intent(in) :: warning
     type(run_report_t), intent(inout) :: report
-    character(:), allocatable :: warning
 
-    warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)
     if (warning == '') return
     call log_warning(warning)
-    call report%add('positions/warning', warning)
-  end subroutine warn_of_unheld
+    call report%add(section // '/warning', warning)
+  end subroutine warn
 
   !> Warns once in the log and in the report if equilibrium_warning has a text for these residuals.
   subroutine warn_of_residuals(residuals, report)
@@ -158,9 +154,7 @@ contains
     character(:), allocatable :: warning
 
     warning = equilibrium_warning(residuals)
-    if (warning == '') return
-    call log_warning(warning)
-    call report%add('residuals/warning', warning)
+    call warn('residuals', warning, report)
   end subroutine warn_of_residuals
 
   !> Writes report.yaml, and adds to `report` what earlier commands on the same deck and mesh reported and the report lacks, without

@@ -4,11 +4,9 @@
 The answers are those of the library `libsignorom_online`.
 """
 
-import ctypes
 import os
-import warnings
 from collections.abc import Sequence
-from ctypes import byref, c_char_p, c_double, c_int, c_void_p
+from ctypes import byref, c_char_p, c_double, c_int, c_void_p, sizeof
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -21,7 +19,6 @@ from signorom_post.answer import (
     Cells,
     ContactNodes,
     Fields,
-    FreeMotionWarning,
     Gradient,
     NoAnswerError,
     Parameter,
@@ -33,15 +30,10 @@ from signorom_post.handles import Handles
 from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, text_of
 from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
-from signorom_post.points import point_of, points_of, range_of, warn_outside
+from signorom_post.points import point_of, points_of, range_of, warn_outside, warn_unheld
 
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
-
-UNHELD = (
-    "no contact force holds a body at this point: its displacement and its gaps are one of many possible; "
-    "forces and stresses are not affected"
-)
 
 
 class Model:
@@ -240,19 +232,12 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if no contact force
-        holds a body at the point.
+        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if a body is free.
         """
         point = point_of(self.parameters, values)
-        told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            has_failed = self._library.signorom_query(context, doubles(point), byref(told))
-            warn_outside(self.parameters, point[None], np.array([bool(told.is_inside_box)]))
-            if has_failed:
-                raise NoAnswerError(text_of(self._library.signorom_message(context)))
-            multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
-            if told.n_free_motions:
-                warnings.warn(UNHELD, FreeMotionWarning, stacklevel=2)
+            told, multipliers = self._ask(context, point)
+            warn_unheld(told.n_free_motions)
             area = self.resultants(multipliers).areas
             return fields_of(self._library, model, context, self._sizes, self._named(point), area)
 
@@ -265,13 +250,8 @@ class Model:
         """
         point = point_of(self.parameters, values)
         indices = None if nodes is None else self._indices_of(nodes)
-        told = CAnswer(size=ctypes.sizeof(CAnswer))
         with self._handles.model() as model, self._handles.context() as context:
-            has_failed = self._library.signorom_query(context, doubles(point), byref(told))
-            warn_outside(self.parameters, point[None], np.array([bool(told.is_inside_box)]))
-            if has_failed:
-                raise NoAnswerError(text_of(self._library.signorom_message(context)))
-            multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
+            told, multipliers = self._ask(context, point)
             return Answer(
                 point=self._named(point),
                 multipliers=multipliers,
@@ -300,6 +280,15 @@ class Model:
                 _differentiate=partial(self._gradient, point, indices),
                 _areas=self._areas,
             )
+
+    def _ask(self, context: c_void_p, point: FloatArray) -> tuple[CAnswer, FloatArray]:
+        """Returns what the library tells about the answer, and its contact forces; errors and warnings of `query`."""
+        told = CAnswer(size=sizeof(CAnswer))
+        has_failed = self._library.signorom_query(context, doubles(point), byref(told))
+        warn_outside(self.parameters, point[None], np.array([bool(told.is_inside_box)]), stack_level=4)
+        if has_failed:
+            raise NoAnswerError(text_of(self._library.signorom_message(context)))
+        return told, self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
 
     def _named(self, point: FloatArray) -> dict[str, float]:
         """Returns the values of a point by the names of the parameters."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from signorom_post.answer import Parameter
+from signorom_post.answer import FreeMotionWarning, Parameter
 from signorom_post.arrays import BoolArray, FloatArray
 
 
@@ -77,6 +77,17 @@ def warn_outside(
         ExtrapolationWarning,
         stacklevel=stack_level,
     )
+
+
+def warn_unheld(n_free_motions: int) -> None:
+    """Issues a FreeMotionWarning, which names the line of the caller's caller, if a motion of a body is free."""
+    if n_free_motions:
+        warnings.warn(
+            "no contact force holds a body at this point: its displacement and its gaps are one of many possible; "
+            "forces and stresses are not affected",
+            FreeMotionWarning,
+            stacklevel=3,
+        )
 
 
 def range_of(parameter: Parameter) -> str:
