@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Address space of the process and its limit (ulimit -v). */
+/* Memory of the machine; address space of the process and its limit (ulimit -v). */
 #ifndef SIG_MEMORY_H
 #define SIG_MEMORY_H
 
@@ -15,5 +15,10 @@ void sig_end_memory_watch(void);
 /* Ends the process with exit code 2 and a message if less than `n_bytes` are left below the limit. Does nothing if
  * there is no limit. */
 void sig_need_memory(double n_bytes);
+
+/* Returns the memory that the processes of this machine may take together [bytes]: that of the machine, or the smallest
+ * limit of the control groups of this process (version 2 or 1) if that is less; 0 where the system does not tell it. It
+ * does not depend on what is free now. `root` is empty, or, for tests, a folder that holds copies of /proc and /sys. */
+double sig_machine_memory(const char *root);
 
 #endif
