@@ -14,7 +14,9 @@ module sig_problem
   use sig_deck_config, only: deck_config_t, name_config_t
   use sig_deck_echo, only: echo_physics
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
+  use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
+  use sig_factor_size, only: measure_factor
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
@@ -31,7 +33,8 @@ module sig_problem
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
-  use sig_solver_plan, only: make_solver_plan, plan_text, problem_size_t, solver_plan_t
+  use sig_solver_costs, only: problem_size_t
+  use sig_solver_plan, only: make_solver_plan, plan_text, solver_plan_t
   use sig_stiffness_terms, only: list_stiffness_terms, stiffness_term_t
   use sig_strain_force, only: add_strain_forces, has_numbers
   use sig_strain_parts, only: create_imposed_strains
@@ -73,6 +76,8 @@ module sig_problem
     type(contact_rows_t) :: inert
     !> which solver is taken, and why
     type(solver_plan_t) :: plan
+    !> what solvers cost depends on; n_ranks is 1
+    type(problem_size_t) :: sizes
     !> whether the multipliers are at the second surface of each contact entry, shape (size(deck%contact))
     logical, allocatable :: is_swapped(:)
     !> sentences about surfaces whose nodes do not match, and about directions
@@ -149,7 +154,6 @@ contains
   subroutine plan_solving(problem, error)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
-    type(problem_size_t) :: sizes
     character(:), allocatable :: message
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
@@ -157,17 +161,28 @@ contains
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
     call check_bodies(problem%deck, problem%mesh, problem%motions, problem%notes, error)
     if (allocated(error)) return
-    sizes%n_dim = problem%mesh%n_dim
-    sizes%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
-    sizes%n_multipliers = problem%rows%n_rows
-    sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
-    sizes%is_floating = problem%motions%n_free > 0
-    sizes%has_multigrid_vi = has_multigrid_vi()
+    call measure_problem(problem)
     associate (solver => problem%deck%solver)
-      call make_solver_plan(solver, sizes, problem%plan, message)
+      call make_solver_plan(solver, problem%sizes, problem%plan, message)
       if (allocated(message)) call make_error(error, message, problem%deck%path, solver%line, solver%column)
     end associate
   end subroutine plan_solving
+
+  !> Sets problem%sizes.
+  subroutine measure_problem(problem)
+    type(problem_t), intent(inout) :: problem
+
+    associate (sizes => problem%sizes, mesh => problem%mesh)
+      sizes%n_dim = mesh%n_dim
+      sizes%n_dofs = mesh%n_dim * mesh%n_nodes
+      sizes%n_multipliers = problem%rows%n_rows
+      sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
+      sizes%is_floating = problem%motions%n_free > 0
+      sizes%has_multigrid_vi = has_multigrid_vi()
+      sizes%is_quadratic = any(element_types(mesh%cell_types)%order == 2)
+      call measure_factor(mesh, sizes%stiffness_entries, sizes%factor_entries, sizes%factor_operations)
+    end associate
+  end subroutine measure_problem
 
   !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes;
   !> then the warnings (warn_of_plan). Requires: check_points accepted the points.

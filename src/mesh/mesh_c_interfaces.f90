@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Interfaces of the C functions of this layer, which include/signorom/{gmsh_reader,partition}.h declare and describe.
+!> Interfaces of the C functions of this layer, which include/signorom/{factor_size,gmsh_reader,partition}.h declare and describe.
 module sig_mesh_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_ptr, c_size_t
   implicit none(type, external)
   private
   public :: sig_gmsh_read, sig_gmsh_message, sig_gmsh_sizes, sig_gmsh_nodes, sig_gmsh_elements, sig_gmsh_memberships
-  public :: sig_gmsh_group, sig_gmsh_hash, sig_gmsh_free, sig_partition_graph
+  public :: sig_gmsh_group, sig_gmsh_hash, sig_gmsh_free, sig_count_factor, sig_partition_graph
   public :: sig_gmsh_read_fields, sig_gmsh_n_fields, sig_gmsh_field, sig_gmsh_field_values
   public :: gmsh_ok, gmsh_invalid, gmsh_unreadable, gmsh_no_memory, gmsh_message_size
 
@@ -107,5 +107,13 @@ module sig_mesh_c_interfaces
       integer(c_int), value :: n_parts, seed
       integer(c_int), intent(inout) :: part(*)
     end function sig_partition_graph
+
+    integer(c_int) function sig_count_factor(n_vertices, offsets, neighbors, n_dim, seed, entries, operations) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value :: n_vertices
+      integer(c_int), intent(in) :: offsets(*), neighbors(*)
+      integer(c_int), value :: n_dim, seed
+      real(c_double), intent(out) :: entries, operations
+    end function sig_count_factor
   end interface
 end module sig_mesh_c_interfaces

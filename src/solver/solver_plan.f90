@@ -3,10 +3,11 @@
 module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
+  use sig_solver_costs, only: problem_size_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: solver_plan_t, problem_size_t, make_solver_plan, plan_text, fits_condensed
+  public :: solver_plan_t, make_solver_plan, plan_text, fits_condensed
 
   !> The solver that was chosen, and why.
   type :: solver_plan_t
@@ -19,19 +20,6 @@ module sig_solver_plan
     !> reason of the choice, as text for a message
     character(:), allocatable :: why
   end type solver_plan_t
-
-  !> The sizes that the choice depends on.
-  type :: problem_size_t
-    integer :: n_dim = 0
-    integer :: n_dofs = 0
-    integer :: n_multipliers = 0
-    !> number of parameter points that share a stiffness, in the deck's set of points where it is largest
-    integer :: n_points = 0
-    !> whether a body is held by contact alone
-    logical :: is_floating = .false.
-    !> whether PETSc's SNESVI works with multigrid
-    logical :: has_multigrid_vi = .false.
-  end type problem_size_t
 
   !> largest number of multipliers: W is a dense matrix on every rank
   integer, parameter :: max_condensed = 5000

@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: BSD-3-Clause */
+#include "signorom/factor_size.h"
+
+#include <metis.h>
+#include <stdlib.h>
+
+/* Counts the entries of each column of the factor of a graph whose vertices are eliminated in an order: row i of the
+ * factor is the union of the paths from the neighbors before i up the elimination tree to i (Liu 1990). parent and mark
+ * are work space. */
+static void count_columns(int n, const int *offsets, const int *neighbors, const idx_t *vertex_at,
+                          const idx_t *place_of, int *parent, int *mark, int *count) {
+  for (int i = 0; i < n; i++) {
+    parent[i] = -1;
+    mark[i] = i;
+    count[i] = 1;
+    for (int k = offsets[vertex_at[i]]; k < offsets[vertex_at[i] + 1]; k++) {
+      int j = place_of[neighbors[k]];
+      if (j > i) continue;
+      for (; mark[j] != i; j = parent[j]) {
+        if (parent[j] < 0) parent[j] = i;
+        mark[j] = i;
+        count[j]++;
+      }
+    }
+  }
+}
+
+/* Each vertex is a block of n_dim columns; a column with m entries takes m^2 operations. */
+static void add_up(int n, int n_dim, const int *count, double *entries, double *operations) {
+  *entries = 0.0;
+  *operations = 0.0;
+  for (int i = 0; i < n; i++)
+    for (int k = 0; k < n_dim; k++) {
+      const double m = (double)count[i] * n_dim - k;
+      *entries += m;
+      *operations += m * m;
+    }
+}
+
+int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, int n_dim, int seed, double *entries,
+                     double *operations) {
+  idx_t options[METIS_NOPTIONS];
+  idx_t n = n_vertices;
+  int *work = malloc(5 * ((size_t)n_vertices + 1) * sizeof *work);
+  if (work == NULL) return 1;
+  int *vertex_at = work, *place_of = work + n, *parent = work + 2 * (size_t)n, *mark = work + 3 * (size_t)n;
+  int *count = work + 4 * (size_t)n;
+
+  METIS_SetDefaultOptions(options);
+  options[METIS_OPTION_SEED] = seed;
+  options[METIS_OPTION_NUMBERING] = 0;
+  /* METIS declares the arrays without const, but does not write to them. */
+  const int status =
+      n == 0 ? METIS_OK : METIS_NodeND(&n, (idx_t *)offsets, (idx_t *)neighbors, NULL, options, vertex_at, place_of);
+  if (status == METIS_OK) {
+    count_columns(n_vertices, offsets, neighbors, vertex_at, place_of, parent, mark, count);
+    add_up(n_vertices, n_dim, count, entries, operations);
+  }
+  free(work);
+  return status == METIS_OK ? 0 : 1;
+}

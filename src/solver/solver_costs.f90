@@ -1,0 +1,125 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Predicts time and memory of what solvers do: a factorization of K, solves with it, and a solution by multigrid.
+!>
+!> Times are processor times of one core of 2024 with a fast BLAS, divided by the number of ranks. They are constants, not
+!> measurements, so that every rank and every run chooses alike. tests/benchmark/solver_grid.py compares them with measured times.
+module sig_solver_costs
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: cost_t, problem_size_t, condensed_cost, factorization_cost, multigrid_cost, point_cost, solves_cost
+  public :: operator(+)
+
+  !> What something takes: [s] on each rank, and [byte] on all ranks together.
+  type :: cost_t
+    real(rk) :: seconds = 0
+    real(rk) :: bytes = 0
+  end type cost_t
+
+  !> One after the other: times add up, the larger memory counts.
+  interface operator(+)
+    module procedure add_costs
+  end interface operator(+)
+
+  !> The sizes that solvers depend on.
+  type :: problem_size_t
+    integer :: n_dim = 0
+    integer :: n_dofs = 0
+    integer :: n_multipliers = 0
+    !> number of parameter points that share a stiffness, in the deck's set of points where it is largest
+    integer :: n_points = 0
+    !> number of ranks that solve a point together
+    integer :: n_ranks = 1
+    !> number of entries of K
+    real(rk) :: stiffness_entries = 0
+    !> number of entries of its factor, and of operations of a factorization
+    real(rk) :: factor_entries = 0
+    real(rk) :: factor_operations = 0
+    !> whether the elements are of second order
+    logical :: is_quadratic = .false.
+    !> whether a body is held by contact alone
+    logical :: is_floating = .false.
+    !> whether PETSc's SNESVI works with multigrid
+    logical :: has_multigrid_vi = .false.
+  end type problem_size_t
+
+  ! In space the ordering that MUMPS finds gives 1.2 times the entries and 1.3 times the operations of nested dissection by METIS.
+  ! The constants of MUMPS contain these factors.
+
+  !> [s] MUMPS: ordering and analysis per dof, assembly per entry of the factor, and one operation
+  real(rk), parameter :: analysis = 5.0e-6_rk, per_factor_entry = 6.0e-8_rk, per_operation = 1.6e-10_rk
+  !> [s] a solve, per entry of the factor and per dof: a single right-hand side, and each of many at once
+  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [4.8e-10_rk, 8.0e-8_rk]
+  !> number of right-hand sides from which on they count as many
+  integer, parameter :: many = 8
+  !> [byte] MUMPS: per entry of the factor, with workspace, and per entry of K
+  real(rk), parameter :: factor_bytes = 17.0_rk, stiffness_bytes = 40.0_rk
+  !> [s] multigrid, per entry of K: levels without contact, levels of an active set, and one iteration of conjugate gradients
+  real(rk), parameter :: levels = 1.0e-6_rk, levels_of_set = 1.5e-7_rk, iteration = 2.0e-8_rk
+  !> usual number of active sets of a point, and iterations for each of them with linear and with quadratic elements
+  integer, parameter :: sets = 8, iterations(2) = [6, 10]
+  !> [byte] multigrid, per entry of K
+  real(rk), parameter :: multigrid_bytes = 70.0_rk
+  !> [s] of one operation of a dense product
+  real(rk), parameter :: per_dense_operation = 1.0e-10_rk
+
+contains
+
+  pure type(cost_t) function add_costs(first, second) result(both)
+    type(cost_t), intent(in) :: first
+    type(cost_t), intent(in) :: second
+
+    both = cost_t(first%seconds + second%seconds, max(first%bytes, second%bytes))
+  end function add_costs
+
+  !> Returns the cost of one factorization of K by MUMPS, with its ordering.
+  pure type(cost_t) function factorization_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+
+    cost%seconds = (analysis * sizes%n_dofs + per_factor_entry * sizes%factor_entries + &
+      per_operation * sizes%factor_operations) / sizes%n_ranks
+    cost%bytes = factor_bytes * sizes%factor_entries + stiffness_bytes * sizes%stiffness_entries
+  end function factorization_cost
+
+  !> Returns the cost of solves by the factor for n_columns right-hand sides at once; the memory is that of the results.
+  pure type(cost_t) function solves_cost(sizes, n_columns) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_columns
+    real(rk) :: per(2)
+
+    per = merge(joint_solve, single_solve, n_columns >= many)
+    cost%seconds = n_columns * (per(1) * sizes%factor_entries + per(2) * sizes%n_dofs) / sizes%n_ranks
+    cost%bytes = 8.0_rk * sizes%n_dofs * n_columns
+  end function solves_cost
+
+  !> Returns the cost of the condensed solver at no point yet: one factorization, a solve for each multiplier, and W on every rank.
+  pure type(cost_t) function condensed_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    type(cost_t) :: responses
+
+    responses = solves_cost(sizes, sizes%n_multipliers)
+    cost = factorization_cost(sizes)
+    cost%seconds = cost%seconds + responses%seconds
+    cost%bytes = cost%bytes + responses%bytes + 16.0_rk * real(sizes%n_multipliers, rk)**2 * sizes%n_ranks
+  end function condensed_cost
+
+  !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, and H lambda.
+  pure type(cost_t) function point_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    real(rk) :: n
+
+    n = sizes%n_multipliers
+    cost%seconds = per_dense_operation * (n**3 + 2 * n * sizes%n_dofs / sizes%n_ranks)
+  end function point_cost
+
+  !> Returns the cost of multigrid at n_points points: levels once, then active sets with levels and iterations of their own.
+  pure type(cost_t) function multigrid_cost(sizes, n_points) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_points
+    real(rk) :: per_point
+
+    per_point = sets * (levels_of_set + iteration * iterations(merge(2, 1, sizes%is_quadratic)))
+    cost%seconds = sizes%stiffness_entries * (levels + n_points * per_point) / sizes%n_ranks
+    cost%bytes = multigrid_bytes * sizes%stiffness_entries
+  end function multigrid_cost
+end module sig_solver_costs
