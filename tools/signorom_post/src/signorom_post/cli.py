@@ -22,6 +22,7 @@ COMMANDS = {
     "summary": ("commands.summary", "print a short table from report.yaml"),
     "report": ("commands.report", "write one HTML page: verdict, errors, pictures, deck, provenance"),
     "view": ("commands.view", "draw the standard pictures by VTK, and write a script for ParaView"),
+    "convert": ("convert.command", "write a mesh of another program as .msh, with the names of its sets"),
     "check": ("commands.check", "draw the set-up that `signorom check DECK --fields` wrote"),
     "forest": ("commands.forest", "train the random forest that chooses the cluster of a point"),
     "verification": (
