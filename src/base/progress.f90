@@ -24,6 +24,8 @@ module sig_progress
     character(:), allocatable :: label
     integer :: n_total = 0
     integer :: n_done = 0
+    !> [s] the loop is told of only if it takes longer
+    real(rk) :: silence = 0
     !> [s] time of the start, of the last drawing or line, and of the last line in the log file beside a bar
     real(rk) :: start_time = 0
     real(rk) :: shown_time = 0
@@ -40,11 +42,13 @@ contains
 
   !> Starts a loop of n_total steps, and draws an empty bar if stderr is a terminal. If the log is not shown now (is_log_shown),
   !> neither this nor advance and finish draw or write anything.
-  subroutine start(self, label, n_total)
+  subroutine start(self, label, n_total, silence)
     class(progress_t), intent(inout) :: self
     !> name of the work, for example `sampling`
     character(*), intent(in) :: label
     integer, intent(in) :: n_total
+    !> [s] nothing is drawn or written before this time, nor at the end of a loop that was shorter; default: 0
+    real(rk), intent(in), optional :: silence
 
     self%label = label
     self%n_total = n_total
@@ -54,8 +58,10 @@ contains
     self%noted_time = self%start_time
     self%is_shown = is_log_shown()
     self%is_bar = .false.
+    self%silence = 0
+    if (present(silence)) self%silence = silence
     if (self%is_shown) self%is_bar = sig_is_terminal(stderr_descriptor) == 1
-    if (self%is_bar) call show_status(bar_text(self, 0.0_rk))
+    if (self%is_bar .and. self%silence <= 0) call show_status(bar_text(self, 0.0_rk))
   end subroutine start
 
   !> Sets the number of steps that are done. If 0.1 s have passed since the last drawing, draws the bar again and, at most every
@@ -69,6 +75,7 @@ contains
     self%n_done = n_done
     if (.not. self%is_shown) return
     now = wall_time()
+    if (now - self%start_time < self%silence) return
     if (now - self%shown_time < merge(bar_interval, line_interval, self%is_bar)) return
     self%shown_time = now
     if (self%is_bar) then
@@ -81,15 +88,19 @@ contains
     end if
   end subroutine advance
 
-  !> Removes the bar and writes one log line: the label, the steps done of n_total, and the time since start.
+  !> Removes the bar and writes one log line: the label, the steps done of n_total, and the time since start. Writes nothing for a
+  !> loop that was shorter than its silence.
   subroutine finish(self)
     class(progress_t), intent(inout) :: self
 
+    real(rk) :: elapsed
+
     if (.not. self%is_shown) return
-    if (self%is_bar) call clear_status()
-    call log_info(self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // ' in ' // &
-      duration_text(wall_time() - self%start_time))
     self%is_shown = .false.
+    elapsed = wall_time() - self%start_time
+    if (elapsed < self%silence) return
+    if (self%is_bar) call clear_status()
+    call log_info(self%label // ': ' // to_text(self%n_done) // ' of ' // to_text(self%n_total) // ' in ' // duration_text(elapsed))
   end subroutine finish
 
   !> Returns the bar, such as `sampling [===========                   ] 12/31, 7.25 s left`. On a narrow terminal the text has no

@@ -5,21 +5,28 @@
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
 !> 0 <= lambda, W lambda + (D - B G) theta >= 0, complementary; u = G theta - H lambda.
 !>
+!> H has a column of n_dofs numbers for each row of B. Where it would take too much memory, W is made of a few columns at a time,
+!> and H lambda is one more solve with the factor, which stays in memory.
+!>
 !> Anchors T hold bodies that only contact holds: as many pairs as there are free motions Z. G and H are then responses with closed
 !> anchors, whose forces balance the other forces (Z' (F - B' lambda) = 0). The unknowns of the anchors are their openings w_T in
 !> place of lambda_T; they move the bodies by -Z_T w_T with B_T Z_T = 1. With N = B Z_T the problem keeps its form: W has the blocks
 !> [C, N; -N', 0], and the complementary values of w_T are the forces of the anchors, Z_T' F - N' lambda. Openings of anchors and
 !> their forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
-  use sig_contact_responses, only: anchor_forces, close_rows, solve_responses
+  use sig_contact_responses, only: anchor_forces, close_rows, columns_at_once, solve_columns, solve_forces
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
-  use sig_holding, only: anchors_t
+  use sig_free_response, only: factor_without_contact, solve_free_response, solve_lifting
+  use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: add_product
-  use sig_petsc_support, only: sum_over_ranks
+  use sig_linear_solver, only: linear_solver_t
+  use sig_memory, only: machine_memory
+  use sig_petsc_support, only: max_over_ranks, sum_over_ranks
+  use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use petsc
   implicit none(type, external)
@@ -35,9 +42,6 @@ module sig_condensed
     !> [length] displacements under the prescribed displacements alone, one per term, then under each lifted force; rows of this
     !> rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable :: lifting(:, :)
-    !> [length/force] H, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the displacement for its
-    !> scaled opening
-    real(rk), allocatable :: contact_response(:, :)
     !> [length/force] W, with anchors the matrix at the head of this file; replicated, shape (n_rows, n_rows)
     real(rk), allocatable :: compliance(:, :)
     !> [length] D - B G, in rows of anchors their scaled forces; replicated, shape (n_rows, n_terms)
@@ -45,8 +49,17 @@ module sig_condensed
     type(anchors_t) :: anchors
     !> [length/force] the scale of the anchors
     real(rk) :: scale = 1
+    !> [-] H is kept if it takes at most this share of the memory of the machine on all ranks together
+    real(rk) :: memory_share = 1.0_rk / 16
+    !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
+    !> displacement for its scaled opening
+    real(rk), allocatable, private :: contact_response(:, :)
+    !> K, factored
+    type(linear_solver_t), private :: linear_solver
   contains
     procedure :: create
+    procedure :: respond
+    procedure :: respond_to_rows
     procedure :: solve
     procedure :: n_points_at_once
     procedure :: solve_points
@@ -56,44 +69,87 @@ module sig_condensed
   !> [flop] about half a second
   real(rk), parameter :: work_at_once = 1.0e10_rk
   integer, parameter :: most_points_at_once = 64
+  !> [s] progress is told only if the responses to contact forces take longer
+  real(rk), parameter :: seconds_of_silence = 3
   !> [-] the work of the loads on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then
   !> the loads are in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
-  !> Computes the components: the lifting, and G, H, W and D - B G of the condensed problem. This takes one factorization,
-  !> n_driving_terms + n_rows solves, and at most n_lifted_terms more for the lifting. If the contacts cannot hold a body or K
-  !> cannot be factored, `reason` says why, and there are no components. Collective.
+  !> Computes the components: the lifting, and G, W and D - B G of the condensed problem. This takes one factorization,
+  !> n_driving_terms + n_rows solves, and at most n_lifted_terms more for the lifting. The factor stays until destroy. If the
+  !> contacts cannot hold a body or K cannot be factored, `reason` says why, and there are no components. Collective.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: free_closing(:, :)
 
-    PetscCall(solve_responses(system, self%anchors, self%free_response, self%lifting, self%contact_response, self%reason, ierr))
+    PetscCall(self%destroy(ierr))
+    PetscCall(factor_without_contact(system, self%linear_solver, ierr))
+    self%reason = self%linear_solver%reason
     if (self%reason /= reason_converged) return
+    call find_anchors(system%motions, self%anchors)
+    PetscCall(solve_free_response(system, self%linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
+    PetscCall(solve_lifting(system, self%linear_solver, self%lifting, ierr))
     PetscCall(close_rows(system, self%free_response, free_closing, ierr))
-    PetscCall(close_rows(system, self%contact_response, self%compliance, ierr))
     self%free_opening = system%rows%gap
     associate (driven => self%free_opening(:, :size(free_closing, 2)))
       driven = driven - free_closing
     end associate
+    PetscCall(make_room(self, system, ierr))
+    PetscCall(solve_compliance(self, system, ierr))
     call close_anchors(self, system)
     ! W is symmetric but for rounding
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
   end subroutine create
 
+  !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
+  subroutine make_room(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: n_bytes, share
+
+    n_bytes = storage_size(n_bytes) / 8 * real(system%map%n_dofs, rk) * system%rows%n_rows
+    share = n_bytes / machine_memory()
+    PetscCall(max_over_ranks(system%comm, share, ierr))
+    if (share <= self%memory_share) allocate (self%contact_response(system%map%n_local_dofs, system%rows%n_rows))
+  end subroutine make_room
+
+  !> Computes W before the anchors are closed, some columns at a time, and H if it has room. Collective.
+  subroutine solve_compliance(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+    type(progress_t) :: progress
+    real(rk), allocatable :: columns(:, :), closing(:, :)
+    integer :: first, k, last
+
+    ierr = 0
+    allocate (self%compliance(system%rows%n_rows, system%rows%n_rows))
+    call progress%start('responses to contact forces', system%rows%n_rows, seconds_of_silence)
+    do first = 1, system%rows%n_rows, columns_at_once
+      last = min(first + columns_at_once - 1, system%rows%n_rows)
+      allocate (columns(system%map%n_local_dofs, last - first + 1))
+      PetscCall(solve_columns(system, self%anchors, self%linear_solver, [(k, k=first, last)], columns, ierr))
+      PetscCall(close_rows(system, columns, closing, ierr))
+      self%compliance(:, first:last) = closing
+      if (allocated(self%contact_response)) self%contact_response(:, first:last) = columns
+      deallocate (columns)
+      call progress%advance(last)
+    end do
+    call progress%finish()
+  end subroutine solve_compliance
+
   !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
-  !> forces. Changes G, H, W and D - B G, and sets the scale. Without anchors nothing changes. Local.
+  !> forces. Changes G, H if it is kept, W and D - B G, and sets the scale. Without anchors nothing changes. Local.
   subroutine close_anchors(self, system)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    real(rk) :: motion(system%map%n_dofs)
-    real(rk) :: opening(size(self%anchors%rows), size(self%free_opening, 2))
-    real(rk) :: closed(size(self%anchors%rows), size(self%compliance, 2))
-    real(rk), allocatable :: local(:)
-    integer :: i, k
+    real(rk), allocatable :: opening(:, :), closed(:, :)
+    integer :: i
 
     associate (rows => self%anchors%rows, reach => self%anchors%closing)
       if (size(rows) == 0) return
@@ -104,26 +160,96 @@ contains
       self%compliance = self%compliance - matmul(reach, closed)
       self%scale = sum([(abs(self%compliance(i, i)), i=1, size(self%compliance, 1))]) / size(self%compliance, 1)
       if (self%scale <= 0) self%scale = 1
-      do i = 1, size(rows)
-        motion = system%motions%field(self%anchors%amplitudes(:, i))
-        local = motion(system%map%local_dofs)
-        do k = 1, size(opening, 2)
-          self%free_response(:, k) = self%free_response(:, k) + opening(i, k) * local
+      call move_bodies(self, system, opening, self%free_response)
+      if (allocated(self%contact_response)) then
+        self%contact_response(:, rows) = 0
+        closed = -closed
+        closed(:, rows) = 0
+        do i = 1, size(rows)
+          closed(i, rows(i)) = self%scale
         end do
-        do k = 1, size(closed, 2)
-          self%contact_response(:, k) = self%contact_response(:, k) - closed(i, k) * local
-        end do
-      end do
-      do i = 1, size(rows)
-        motion = system%motions%field(self%anchors%amplitudes(:, i))
-        self%contact_response(:, rows(i)) = self%scale * motion(system%map%local_dofs)
-      end do
+        call move_bodies(self, system, closed, self%contact_response)
+      end if
       self%compliance(:, rows) = self%scale * reach
       self%compliance(rows, :) = -self%scale * transpose(reach)
       self%compliance(rows, rows) = 0
       self%free_opening(rows, :) = self%scale * anchor_forces(system, self%anchors)
     end associate
   end subroutine close_anchors
+
+  !> Adds the displacements by which each anchor closes by a given distance and no other anchor moves. Local.
+  subroutine move_bodies(self, system, distances, columns)
+    class(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> [length] shape (n_anchors, n_columns)
+    real(rk), intent(in) :: distances(:, :)
+    !> [length] rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), intent(inout) :: columns(:, :)
+    real(rk), allocatable :: motion(:)
+    integer :: i, k
+
+    do i = 1, size(distances, 1)
+      motion = system%motions%field(self%anchors%amplitudes(:, i))
+      motion = motion(system%map%local_dofs)
+      do k = 1, size(columns, 2)
+        columns(:, k) = columns(:, k) + distances(i, k) * motion
+      end do
+    end do
+  end subroutine move_bodies
+
+  !> Computes H z for several sets of unknowns: as a product where H is kept, else by one solve for each set. Requires: create has
+  !> succeeded. Collective.
+  subroutine respond(self, system, unknowns, response, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    !> [force] z: multipliers, and scaled openings of the anchors; shape (n_rows, n_sets)
+    real(rk), intent(in) :: unknowns(:, :)
+    !> [length] rows of this rank, shape (n_local_dofs, n_sets)
+    real(rk), contiguous, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: forces(:, :), closing(:, :)
+
+    ierr = 0
+    if (allocated(self%contact_response)) then
+      response = 0
+      call add_product(1.0_rk, self%contact_response, unknowns, response)
+      return
+    end if
+    associate (rows => self%anchors%rows)
+      forces = unknowns
+      forces(rows, :) = 0
+      PetscCall(solve_forces(system, self%anchors, self%linear_solver, forces, response, ierr))
+      if (size(rows) == 0) return
+      PetscCall(close_rows(system, response, closing, ierr))
+      call move_bodies(self, system, self%scale * unknowns(rows, :) - closing(rows, :), response)
+    end associate
+  end subroutine respond
+
+  !> Returns columns of H. The rows of B should come in blocks of columns_at_once, so that the solves are fast where H is not kept.
+  !> Requires: create has succeeded. Collective.
+  subroutine respond_to_rows(self, system, first, last, columns, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    !> first and last row of B, 1-based
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    !> [length/force] H(:, first:last), rows of this rank, shape (n_local_dofs, last - first + 1)
+    real(rk), contiguous, intent(out) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: unknowns(:, :)
+    integer :: k
+
+    ierr = 0
+    if (allocated(self%contact_response)) then
+      columns = self%contact_response(:, first:last)
+      return
+    end if
+    allocate (unknowns(system%rows%n_rows, last - first + 1), source=0.0_rk)
+    do k = first, last
+      unknowns(k, k - first + 1) = 1
+    end do
+    PetscCall(self%respond(system, unknowns, columns, ierr))
+  end subroutine respond_to_rows
 
   !> Adds columns of zeros up to n_columns, because gaps that have terms of their own move the bodies that anchors hold.
   pure subroutine add_columns(matrix, n_columns)
@@ -162,7 +288,7 @@ contains
     n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
-  !> Solves the dense complementarity problem of each point, then computes all displacements as one product. A point for which no
+  !> Solves the dense complementarity problem of each point, then computes all displacements together. A point for which no
   !> solution is found has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its
   !> forces and displacements are of no use. If `create` has failed, each state has self%reason, zeros and no closed row.
   !> Collective.
@@ -180,8 +306,8 @@ contains
     allocate (unknowns(system%rows%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
     if (self%reason == reason_converged) then
       call solve_multipliers(self, theta, states, unknowns)
+      PetscCall(self%respond(system, -unknowns, local, ierr))
       call add_product(1.0_rk, self%free_response, theta(:size(self%free_response, 2), :), local)
-      call add_product(-1.0_rk, self%contact_response, unknowns, local)
     else
       do i = 1, size(states)
         states(i)%multipliers = unknowns(:, i)
@@ -280,13 +406,14 @@ contains
     end do
   end subroutine share_displacements
 
-  !> Frees the arrays. Local.
+  !> Frees the factor and the arrays. Collective.
   subroutine destroy(self, ierr)
     class(condensed_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
-    ierr = 0
-    if (allocated(self%free_response)) deallocate (self%free_response, self%lifting, self%contact_response)
+    if (allocated(self%free_response)) deallocate (self%free_response, self%lifting)
     if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening)
+    if (allocated(self%contact_response)) deallocate (self%contact_response)
+    PetscCall(self%linear_solver%destroy(ierr))
   end subroutine destroy
 end module sig_condensed

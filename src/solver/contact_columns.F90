@@ -7,9 +7,9 @@
 !> arbitrary.
 module sig_contact_columns
   use sig_condensed, only: condensed_t
-  use sig_contact_responses, only: add_row, close_rows
+  use sig_contact_responses, only: close_rows, columns_at_once, solve_columns
   use sig_contact_system, only: contact_system_t
-  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response
+  use sig_free_response, only: factor_without_contact, solve_free_response
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_linear_solver, only: linear_solver_t
@@ -33,9 +33,6 @@ module sig_contact_columns
     procedure :: solve
     procedure :: take
   end type contact_columns_t
-
-  !> number of right-hand sides that are made at a time
-  integer, parameter :: chunk = 64
 
 contains
 
@@ -82,27 +79,18 @@ contains
     !> rows, 1-based
     integer, intent(in) :: chosen(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: rhs(:, :), response(:, :), closing(:, :)
-    logical, allocatable :: is_held(:)
-    integer :: first, i, last, t
+    real(rk), allocatable :: response(:, :), closing(:, :)
+    integer :: first, last
 
     ierr = 0
-    is_held = held_dofs(system)
     allocate (self%columns(system%rows%n_rows, size(chosen)))
-    do first = 1, size(chosen), chunk
-      last = min(first + chunk - 1, size(chosen))
-      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
-      allocate (response, mold=rhs)
-      do i = first, last
-        call add_row(system, is_held, chosen(i), 1.0_rk, rhs(:, i - first + 1))
-        do t = 1, size(self%anchors%rows)
-          call add_row(system, is_held, self%anchors%rows(t), -self%anchors%closing(chosen(i), t), rhs(:, i - first + 1))
-        end do
-      end do
-      PetscCall(linear_solver%solve_many(rhs, response, ierr))
+    do first = 1, size(chosen), columns_at_once
+      last = min(first + columns_at_once - 1, size(chosen))
+      allocate (response(system%map%n_local_dofs, last - first + 1))
+      PetscCall(solve_columns(system, self%anchors, linear_solver, chosen(first:last), response, ierr))
       PetscCall(close_rows(system, response, closing, ierr))
       self%columns(:, first:last) = closing
-      deallocate (rhs, response)
+      deallocate (response)
       if (linear_solver%reason /= reason_converged) return
     end do
   end subroutine solve_chosen

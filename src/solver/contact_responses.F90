@@ -16,10 +16,10 @@ module sig_contact_responses
   use petsc
   implicit none(type, external)
   private
-  public :: add_row, anchor_forces, close_rows, solve_responses
+  public :: anchor_forces, close_rows, columns_at_once, solve_columns, solve_forces, solve_responses
 
-  !> number of right-hand sides that are made at a time
-  integer, parameter :: chunk = 64
+  !> number of columns of H that are computed together: with more of them, solves are hardly faster and take more memory
+  integer, parameter :: columns_at_once = 64
   !> [-] the work of a load on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then the
   !> load is in equilibrium
   real(rk), parameter :: rounding = 1.0e-12_rk
@@ -63,25 +63,64 @@ contains
     !> [length/force] rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: rhs(:, :)
-    logical, allocatable :: is_held(:)
-    integer :: first, k, last, t
+    integer :: first, k, last
 
-    is_held = held_dofs(system)
+    ierr = 0
     allocate (response(system%map%n_local_dofs, system%rows%n_rows))
-    do first = 1, system%rows%n_rows, chunk
-      last = min(first + chunk - 1, system%rows%n_rows)
-      allocate (rhs(system%map%n_local_dofs, last - first + 1), source=0.0_rk)
-      do k = first, last
-        call add_row(system, is_held, k, 1.0_rk, rhs(:, k - first + 1))
-        do t = 1, size(anchors%rows)
-          call add_row(system, is_held, anchors%rows(t), -anchors%closing(k, t), rhs(:, k - first + 1))
-        end do
-      end do
-      PetscCall(linear_solver%solve_many(rhs, response(:, first:last), ierr))
-      deallocate (rhs)
+    do first = 1, system%rows%n_rows, columns_at_once
+      last = min(first + columns_at_once - 1, system%rows%n_rows)
+      PetscCall(solve_columns(system, anchors, linear_solver, [(k, k=first, last)], response(:, first:last), ierr))
     end do
   end subroutine solve_contact
+
+  !> Computes the columns of H = K^-1 (B' - B_T' N') that belong to some rows; those of anchors are zero up to rounding. Sets the
+  !> reason of the linear solver, as solve_many does. Collective.
+  subroutine solve_columns(system, anchors, linear_solver, chosen, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> rows, 1-based; more than columns_at_once of them only take more memory
+    integer, intent(in) :: chosen(:)
+    !> [length/force] rows of this rank, shape (n_local_dofs, size(chosen))
+    real(rk), contiguous, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: multipliers(:, :)
+    integer :: i
+
+    allocate (multipliers(system%rows%n_rows, size(chosen)), source=0.0_rk)
+    do i = 1, size(chosen)
+      multipliers(chosen(i), i) = 1
+    end do
+    PetscCall(solve_forces(system, anchors, linear_solver, multipliers, response, ierr))
+  end subroutine solve_columns
+
+  !> Computes H lambda = K^-1 (B' - B_T' N') lambda for several sets of contact forces, one solve for each. Sets the reason of the
+  !> linear solver, as solve_many does. Collective.
+  subroutine solve_forces(system, anchors, linear_solver, multipliers, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> [force] shape (n_rows, n_sets)
+    real(rk), intent(in) :: multipliers(:, :)
+    !> [length] rows of this rank, shape (n_local_dofs, n_sets)
+    real(rk), contiguous, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(size(multipliers, 1))
+    real(rk), allocatable :: rhs(:, :)
+    logical, allocatable :: is_held(:)
+    integer :: i, k
+
+    is_held = held_dofs(system)
+    allocate (rhs(size(response, 1), size(response, 2)), source=0.0_rk)
+    do i = 1, size(rhs, 2)
+      forces = multipliers(:, i)
+      if (size(anchors%rows) > 0) forces(anchors%rows) = forces(anchors%rows) - matmul(multipliers(:, i), anchors%closing)
+      do k = 1, size(forces)
+        if (abs(forces(k)) > 0) call add_row(system, is_held, k, forces(k), rhs(:, i))
+      end do
+    end do
+    PetscCall(linear_solver%solve_many(rhs, response, ierr))
+  end subroutine solve_forces
 
   !> Returns the forces [force per unit of theta] of the closed anchors under each term without other contact forces, positive where
   !> an anchor presses; shape (n_anchors, n_terms). A force that is only rounding is zero. Local.

@@ -5,6 +5,8 @@
 module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
+  use sig_contact_responses, only: columns_at_once
+  use sig_contact_system, only: contact_system_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
@@ -127,10 +129,37 @@ contains
       data%exact_dofs = plan%exact_dofs
       data%exact_boundaries = plan%boundaries
       PetscCall(share_rows(team, condensed%free_response, problem%boundary%n_terms, plan%exact_dofs, data%free_response, ierr))
-      PetscCall(share_rows(team, condensed%contact_response, problem%rows%n_rows, plan%exact_dofs, data%contact_response, ierr))
+      PetscCall(share_contact_response(team, condensed, plan%exact_dofs, data%contact_response, ierr))
     end associate
     PetscCall(agree(reduced, ierr))
   end subroutine condense
+
+  !> Returns some rows of H on every rank; solves for H only if there are any. Collective on the ranks of the team.
+  subroutine share_contact_response(team, condensed, dofs, rows, ierr)
+    type(team_t), intent(inout) :: team
+    type(condensed_t), intent(inout) :: condensed
+    !> natural (order of the mesh file)
+    integer, intent(in) :: dofs(:)
+    !> [length/force] shape (size(dofs), n_multipliers)
+    real(rk), allocatable, intent(out) :: rows(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: columns(:, :), shared(:, :)
+    integer :: first, last
+
+    ierr = 0
+    associate (system => team%solver%system)
+      allocate (rows(size(dofs), system%rows%n_rows))
+      if (size(dofs) == 0) return
+      do first = 1, size(rows, 2), columns_at_once
+        last = min(first + columns_at_once - 1, size(rows, 2))
+        allocate (columns(system%map%n_local_dofs, last - first + 1))
+        PetscCall(condensed%respond_to_rows(system, first, last, columns, ierr))
+        PetscCall(share_rows(team, columns, size(columns, 2), dofs, shared, ierr))
+        rows(:, first:last) = shared
+        deallocate (columns)
+      end do
+    end associate
+  end subroutine share_contact_response
 
   !> Returns some rows of columns that are spread over the ranks, on every rank. Collective on the ranks of the team.
   subroutine share_rows(team, local, n_columns, dofs, rows, ierr)
@@ -185,11 +214,34 @@ contains
       PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
       PetscCall(find_modes(problem, snapshots, data, ierr))
       own = data%basis(system%map%local_dofs, :)
-      data%contact_coordinates = transposed_product(own, condensed%contact_response)
-      PetscCall(sum_over_ranks(system%comm, data%contact_coordinates, ierr))
+      PetscCall(project_contact_response(system, condensed, own, data%contact_coordinates, ierr))
       PetscCall(broadcast_columns(data%contact_coordinates, PETSC_COMM_WORLD, ierr))
     end associate
   end subroutine add_modes
+
+  !> Computes the products of modes with the columns of H, on every rank. Collective on the ranks of the system.
+  subroutine project_contact_response(system, condensed, modes, coordinates, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(condensed_t), intent(inout) :: condensed
+    !> rows of this rank, shape (n_local_dofs, n_modes)
+    real(rk), intent(in) :: modes(:, :)
+    !> shape (n_modes, n_multipliers)
+    real(rk), allocatable, intent(out) :: coordinates(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: columns(:, :)
+    integer :: first, last
+
+    ierr = 0
+    allocate (coordinates(size(modes, 2), system%rows%n_rows))
+    do first = 1, size(coordinates, 2), columns_at_once
+      last = min(first + columns_at_once - 1, size(coordinates, 2))
+      allocate (columns(size(modes, 1), last - first + 1))
+      PetscCall(condensed%respond_to_rows(system, first, last, columns, ierr))
+      coordinates(:, first:last) = transposed_product(modes, columns)
+      deallocate (columns)
+    end do
+    PetscCall(sum_over_ranks(system%comm, coordinates, ierr))
+  end subroutine project_contact_response
 
   !> Sets data%basis to the POD modes (reduction.pod_tolerance) of u - G theta, the displacements by contact at the training points;
   !> to one column of zeros if these are all 0. Collective on all ranks.

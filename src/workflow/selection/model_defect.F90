@@ -145,13 +145,14 @@ contains
 
     associate (map => self%system%map, local => self%system%map%local_dofs)
       n_driving = size(self%condensed%free_response, 2)
-      n_rows = size(self%condensed%contact_response, 2)
+      n_rows = size(self%condensed%compliance, 2)
       n_lifted = size(cluster%lifting, 2)
       self%lifted_terms = cluster%lifted_terms
       self%n_full = n_driving + n_rows
       allocate (fields(map%n_local_dofs, self%n_full + n_lifted + cluster%n_modes))
       fields(:, :n_driving) = self%condensed%free_response
-      fields(:, n_driving + 1:self%n_full) = -self%condensed%contact_response
+      PetscCall(self%condensed%respond_to_rows(self%system, 1, n_rows, fields(:, n_driving + 1:self%n_full), ierr))
+      fields(:, n_driving + 1:self%n_full) = -fields(:, n_driving + 1:self%n_full)
       fields(:, self%n_full + 1:self%n_full + n_lifted) = cluster%lifting(local, :)
       fields(:, self%n_full + n_lifted + 1:) = cluster%basis(local, :)
       ! columns of other units count alike
