@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reads a gmsh file, format 2.2 or 4.1, ASCII or binary, into flat arrays: its mesh, or its nodal fields. Never trusts
- * the file. */
+/* Reads a gmsh file, format 2.0, 2.1, 2.2, 4.0 or 4.1, ASCII or binary, into flat arrays: its mesh, or its nodal
+ * fields. Never trusts the file. */
 #ifndef SIG_GMSH_READER_H
 #define SIG_GMSH_READER_H
 
@@ -35,18 +35,20 @@ void sig_gmsh_sizes(const sig_gmsh *mesh, int sizes[5]);
 /* Gives tags[n_nodes] and coordinates[3 * n_nodes] (x y z of each node in turn), in the file's order. */
 void sig_gmsh_nodes(const sig_gmsh *mesh, int *tags, double *coordinates);
 
-/* Gives the elements of physical groups, in the file's order: gmsh types[n_elements], tags[n_elements], places[2 *
+/* Gives the elements, in the file's order: gmsh types[n_elements], tags[n_elements], places[2 *
  * n_elements] (line and column, 1-based, 0 in a binary file), offsets[n_elements + 1], nodes[n_element_nodes] (0-based,
  * in gmsh's order within the element). */
 void sig_gmsh_elements(const sig_gmsh *mesh, int *types, int *tags, int *places, int *offsets, int *nodes);
 
-/* Gives the memberships: element `elements[m]` belongs to group `groups[m]`. Both arrays are 0-based and of size
- * n_memberships; elements ascend. */
+/* Gives the memberships: element `elements[m]` belongs to group `groups[m]`. Each element belongs to a group at least.
+ * Both arrays are 0-based and of size n_memberships; elements ascend. */
 void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups);
 
-/* Gives dimension, physical tag and name of group i, 0 <= i < n_groups. The name is empty where the file gives none; it
- * exists as long as the mesh. */
-void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length);
+/* Gives dimension, tag and name of group i, 0 <= i < n_groups. It is a physical group, or (*is_entity is 1) a geometric
+ * entity with elements that are in no physical group. The name is empty where the file gives none; it exists as long as
+ * the mesh. */
+void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, int *is_entity, const char **name,
+                    size_t *name_length);
 
 /* Reads the $NodeData sections of a file, and $Nodes if it has them; all other sections are skipped. A mesh is not
  * needed. sig_gmsh_sizes and sig_gmsh_nodes give the nodes (n_nodes is 0 without $Nodes). Status and *fields are as

@@ -77,19 +77,21 @@ contains
     end do
   end function material_section
 
-  !> Returns the sections boundary_conditions and loads: the boundaries of the mesh as comments, a support per body, and one load,
-  !> with places to fill in.
+  !> Returns the sections boundary_conditions and loads, with places to fill in: the boundaries of the mesh as comments, those of
+  !> larger dimension first, a support per body, and one load.
   function boundary_section(mesh) result(text)
     type(mesh_t), intent(in) :: mesh
     character(:), allocatable :: text
-    integer :: i
+    integer :: i, n_dim
 
     text = '# Boundaries of the mesh:' // nl
-    do i = 1, size(mesh%groups)
-      associate (group => mesh%groups(i))
-        if (group%n_dim >= mesh%n_dim) cycle
-        text = text // '#   ' // yaml_text(group%name) // ': ' // box_text(mesh%coordinates(:, group%nodes)) // nl
-      end associate
+    do n_dim = mesh%n_dim - 1, 0, -1
+      do i = 1, size(mesh%groups)
+        associate (group => mesh%groups(i))
+          if (group%n_dim == n_dim) text = text // '#   ' // yaml_text(group%name) // ': ' // &
+            box_text(mesh%coordinates(:, group%nodes)) // nl
+        end associate
+      end do
     end do
     text = text // '# Supports, an entry for each held boundary; components that are not named stay free.' // nl // &
       'boundary_conditions:' // nl // support_lines(mesh) // &
@@ -168,14 +170,14 @@ contains
     if (norm2(pair%direction) > 0) text = ', direction: ' // direction_text(pair%direction(:n_dim))
   end function direction_of
 
-  !> Returns the box around the points: `x 0 to 1, y -2 to 0`; `touches no named region` if there are no points.
+  !> Returns the box around the points: `x 0 to 1, y -2 to 0`; `touches no region` if there are no points.
   pure function box_text(points) result(text)
     !> [length of the mesh] shape (n_dim, n)
     real(rk), intent(in) :: points(:, :)
     character(:), allocatable :: text
     integer :: i
 
-    text = 'touches no named region'
+    text = 'touches no region'
     if (size(points, 2) == 0) return
     text = ''
     do i = 1, size(points, 1)

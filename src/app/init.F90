@@ -50,6 +50,7 @@ contains
     character(:), allocatable :: deck_path, mesh_file
     type(mesh_t) :: mesh
     type(facing_groups_t), allocatable :: pairs(:)
+    integer :: i
 
     mesh_file = mesh_path(index(mesh_path, '/', back=.true.) + 1:)
     deck_path = mesh_path(:len(mesh_path) - len(mesh_file)) // base_name(mesh_path) // '.yaml'
@@ -64,5 +65,8 @@ contains
     if (allocated(error)) return
     call log_info(deck_path // ': ' // counted(count(mesh%groups%n_dim == mesh%n_dim), 'region') // ', ' // &
       counted(size(pairs), 'contact') // ' guessed. Replace every ' // placeholder // ' and ask: signorom check ' // deck_path)
+    do i = 1, size(mesh%notes)
+      call log_info('note: ' // mesh%notes(i)%text)
+    end do
   end subroutine write_draft
 end module sig_init

@@ -40,7 +40,7 @@ module sig_problem
   use sig_strain_parts, only: create_imposed_strains
   use sig_term_set, only: start_terms, term_set_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: string_t, to_text
+  use sig_text, only: append_text, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -82,7 +82,7 @@ module sig_problem
     logical, allocatable :: is_swapped(:)
     !> sentences about surfaces whose nodes do not match, and about directions
     type(string_t), allocatable :: contact_notes(:)
-    !> sentences about bodies that only contact holds
+    !> sentences about what the mesh file lacks, and about bodies that only contact holds
     type(string_t), allocatable :: notes(:)
     !> sentences about parameters that nothing uses, and about materials that make answers inaccurate
     type(string_t), allocatable :: warnings(:)
@@ -154,14 +154,20 @@ contains
   subroutine plan_solving(problem, error)
     type(problem_t), intent(inout) :: problem
     type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: body_notes(:)
     character(:), allocatable :: message
+    integer :: i
 
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       problem%motions)
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
-    call check_bodies(problem%deck, problem%mesh, problem%motions, problem%notes, error)
+    call check_bodies(problem%deck, problem%mesh, problem%motions, body_notes, error)
     if (allocated(error)) return
     call measure_problem(problem)
+    problem%notes = problem%mesh%notes
+    do i = 1, size(body_notes)
+      call append_text(problem%notes, body_notes(i)%text)
+    end do
     associate (solver => problem%deck%solver)
       call make_solver_plan(solver, problem%sizes, problem%plan, message)
       if (allocated(message)) call make_error(error, message, problem%deck%path, solver%line, solver%column)

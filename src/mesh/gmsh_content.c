@@ -55,13 +55,14 @@ void *sig_list_add(sig_scanner *scanner, sig_list *list, size_t more, size_t ite
   return added;
 }
 
-int sig_gmsh_group_row(sig_gmsh *mesh, int n_dim, int tag) {
+int sig_gmsh_group_row(sig_gmsh *mesh, int n_dim, int tag, bool is_entity) {
+  int *head = &mesh->group_heads[((unsigned)tag * 8 + (unsigned)n_dim * 2 + is_entity) % SIG_GMSH_N_HEADS];
   const sig_gmsh_group_record *groups = mesh->groups.items;
-  for (size_t i = 0; i < mesh->groups.n; i++)
-    if (groups[i].n_dim == n_dim && groups[i].tag == tag) return (int)i;
+  for (int i = *head - 1; i >= 0; i = groups[i].next)
+    if (groups[i].n_dim == n_dim && groups[i].tag == tag && groups[i].is_entity == is_entity) return i;
   sig_gmsh_group_record *group = sig_list_add(&mesh->scanner, &mesh->groups, 1, sizeof *group);
   if (group == NULL) return -1;
-  group->n_dim = n_dim;
-  group->tag = tag;
-  return (int)mesh->groups.n - 1;
+  *group = (sig_gmsh_group_record){.n_dim = n_dim, .tag = tag, .is_entity = is_entity, .next = *head - 1};
+  *head = (int)mesh->groups.n;
+  return *head - 1;
 }

@@ -25,19 +25,27 @@ typedef struct {
 /* Returns the element type with this number of gmsh; null if the number is unknown. */
 const sig_gmsh_element_type *sig_gmsh_find_type(int64_t type);
 
-/* A physical group; name_length is 0 if $PhysicalNames has no name for it. */
+/* A physical group, or a geometric entity whose elements are in no physical group. name_length is 0 if $PhysicalNames
+ * has no name for it. */
 typedef struct {
   int n_dim, tag;
+  bool is_entity;
+  bool has_members;            /* some element belongs to it */
+  bool is_of_any_dimension;    /* the file gives the name without a dimension, as format 2.0 does */
   size_t name_at, name_length; /* place and length of the name in `names` of sig_gmsh */
+  int next;                    /* row of the next group with the same place in `group_heads`, -1 = none */
 } sig_gmsh_group_record;
 
-/* A geometric entity of format 4.1 with the groups it belongs to. */
+/* Groups are looked up by a table of chains. */
+enum { SIG_GMSH_N_HEADS = 1024 };
+
+/* A geometric entity of format 4.0 or 4.1 with the groups it belongs to. */
 typedef struct {
   int n_dim, tag;
   size_t first_group, n_groups; /* its groups in `entity_groups` of sig_gmsh */
 } sig_gmsh_entity;
 
-/* An element of the file that belongs to at least one group. */
+/* An element of the file. */
 typedef struct {
   int type, tag;
   size_t at;         /* its first byte in the file, for messages */
@@ -60,7 +68,7 @@ typedef struct {
 
 struct sig_gmsh {
   sig_scanner scanner;
-  int version;   /* 22 or 41 */
+  int version;   /* 20, 21, 22, 40 or 41 */
   uint64_t hash; /* checksum of the file's bytes */
   int n_nodes;
   int *node_tags;
@@ -71,16 +79,18 @@ struct sig_gmsh {
   sig_list element_nodes; /* int64_t: node tags; 0-based nodes after the whole file has been read */
   sig_list members;       /* sig_gmsh_member */
   sig_list groups;        /* sig_gmsh_group_record */
-  sig_list entities;      /* sig_gmsh_entity */
-  sig_list entity_groups; /* int: rows of groups */
-  sig_list names;         /* char */
-  sig_list fields;        /* sig_gmsh_field_record */
-  sig_list field_tags;    /* int: node numbers */
-  sig_list field_values;  /* double: the first component */
+  int group_heads[SIG_GMSH_N_HEADS]; /* first row of each chain of groups, counted from 1; 0 = none */
+  sig_list entities;                 /* sig_gmsh_entity */
+  sig_list entity_groups;            /* int: rows of groups */
+  sig_list names;                    /* char */
+  sig_list fields;                   /* sig_gmsh_field_record */
+  sig_list field_tags;               /* int: node numbers */
+  sig_list field_values;             /* double: the first component */
 };
 
-/* Returns the row of a group in `groups`; a new group gets a new row. -1 when out of memory. */
-int sig_gmsh_group_row(sig_gmsh *mesh, int n_dim, int tag);
+/* Returns the row of a physical group, or of an entity (is_entity), in `groups`; a new one gets a new row. -1 when out
+ * of memory. */
+int sig_gmsh_group_row(sig_gmsh *mesh, int n_dim, int tag, bool is_entity);
 
 /* Read the content of one section, without the marks at its begin and end. They return false after a failure, which the
  * scanner records. */

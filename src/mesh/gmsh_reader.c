@@ -19,11 +19,12 @@ static bool scan_format(sig_gmsh *mesh) {
   const size_t at = sig_scan_here(s);
   if (!sig_scan_real(s, &version)) return false;
   if (!sig_scan_word_int(s, &is_binary) || !sig_scan_word_int(s, &data_size)) return false;
-  const bool is_known = version == 2.2 || version == 4.1;
-  if (!is_known)
-    return sig_scan_fail(
-        s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41) or 2.2", version);
-  mesh->version = version == 2.2 ? 22 : 41;
+  const double known[] = {2.0, 2.1, 2.2, 4.0, 4.1};
+  for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+    if (version == known[i]) mesh->version = (int)(10 * known[i] + 0.5);
+  if (mesh->version == 0)
+    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41)",
+                         version);
   if (is_binary != 0 && is_binary != 1)
     return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
   if (is_binary == 0) return true;
@@ -53,6 +54,10 @@ static bool skip_section(sig_scanner *s) {
   return sig_scan_fail(s, s->size, "the file ends inside $%s; it was cut off or is not complete", s->section);
 }
 
+static bool starts_with(const sig_scanner *s, const char *word) {
+  return s->size - s->at >= strlen(word) && strncmp(s->bytes + s->at, word, strlen(word)) == 0;
+}
+
 /* Reads `$Name` at the current place into `name`. */
 static bool scan_section_name(sig_scanner *s, char *name, size_t room) {
   size_t n = 0;
@@ -77,7 +82,7 @@ static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   if (strcmp(name, "PhysicalNames") == 0) return sig_gmsh_scan_names(mesh);
   if (strcmp(name, "Nodes") == 0) return sig_gmsh_scan_nodes(mesh);
   if (strcmp(name, "Elements") == 0) return sig_gmsh_scan_elements(mesh);
-  if (strcmp(name, "Entities") != 0 || mesh->version == 22) return skip_section(s);
+  if (strcmp(name, "Entities") != 0 || mesh->version < 40) return skip_section(s);
   if (mesh->entities.n > 0 || mesh->has_elements)
     return sig_scan_fail(s, s->at, "$Entities must stand once, before $Elements");
   return sig_gmsh_scan_entities(mesh);
@@ -94,11 +99,34 @@ static bool scan_section(sig_gmsh *mesh) {
   return is_good;
 }
 
+/* Takes names without a dimension from the groups that have no elements. */
+static void forget_unused_names(sig_gmsh *mesh) {
+  sig_gmsh_group_record *groups = mesh->groups.items;
+  for (size_t i = 0; i < mesh->groups.n; i++)
+    if (groups[i].is_of_any_dimension && !groups[i].has_members) groups[i].name_length = 0;
+}
+
+/* Passes $MeshFormat, before which only comments may stand. */
+static bool find_format(sig_scanner *s) {
+  const char *mark = "$MeshFormat", *comments = "$Comments";
+  sig_scan_skip_space(s);
+  while (starts_with(s, comments)) {
+    s->section = comments + 1;
+    if (!skip_section(s)) return false;
+    sig_scan_skip_line(s);
+    sig_scan_skip_space(s);
+  }
+  if (starts_with(s, "$NOD"))
+    return sig_scan_fail(s, s->at,
+                         "gmsh format 1.0 is not supported; write the mesh in format 4.1 (gmsh -format msh41)");
+  if (!starts_with(s, mark)) return sig_scan_fail(s, s->at, "not a gmsh mesh file: it does not start with $MeshFormat");
+  s->at += strlen(mark);
+  return true;
+}
+
 static bool scan_file(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
-  if (s->size < 11 || strncmp(s->bytes, "$MeshFormat", 11) != 0)
-    return sig_scan_fail(s, 0, "not a gmsh mesh file: it does not start with $MeshFormat");
-  s->at = 11;
+  if (!find_format(s)) return false;
   s->section = "MeshFormat";
   if (!scan_format(mesh) || !sig_scan_expect(s, "$EndMeshFormat")) return false;
   for (;;) {
@@ -107,6 +135,7 @@ static bool scan_file(sig_gmsh *mesh) {
     if (s->bytes[s->at] != '$') return sig_scan_fail(s, s->at, "text outside of the sections; a section starts with $");
     if (!scan_section(mesh)) return false;
   }
+  forget_unused_names(mesh);
   if (!mesh->is_for_fields && (!mesh->has_nodes || !mesh->has_elements))
     return sig_scan_fail(s, s->size, "the file has no $%s section; it was cut off or is not complete",
                          mesh->has_nodes ? "Elements" : "Nodes");
@@ -267,10 +296,12 @@ void sig_gmsh_memberships(const sig_gmsh *mesh, int *elements, int *groups) {
   }
 }
 
-void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, const char **name, size_t *name_length) {
+void sig_gmsh_group(const sig_gmsh *mesh, int i, int *n_dim, int *tag, int *is_entity, const char **name,
+                    size_t *name_length) {
   const sig_gmsh_group_record *group = (const sig_gmsh_group_record *)mesh->groups.items + i;
   *n_dim = group->n_dim;
   *tag = group->tag;
+  *is_entity = group->is_entity;
   *name = mesh->names.items == NULL ? "" : (const char *)mesh->names.items + group->name_at;
   *name_length = group->name_length;
 }

@@ -7,7 +7,7 @@ module sig_mesh
   private
   public :: mesh_t, mesh_partition_t, group_t, find_group, cells_around_nodes, nodes_of_cell, nodes_of_facet
 
-  !> A physical group of the mesh file that has a name.
+  !> A group of the mesh file: a physical group, or a geometric entity of gmsh whose elements are in no physical group.
   type :: group_t
     character(:), allocatable :: name
     !> dimension of its elements; 0 for points
@@ -16,7 +16,7 @@ module sig_mesh
     integer, allocatable :: entities(:)
     !> all nodes of the group, ascending
     integer, allocatable :: nodes(:)
-    !> number of elements of the group in the file that are left out, because a node of theirs belongs to no named cell
+    !> number of elements of the group in the file that are left out, because a node of theirs belongs to no cell
     integer :: n_left_out = 0
   end type group_t
 
@@ -37,11 +37,13 @@ module sig_mesh
     integer, allocatable :: cell_nodes(:)
     !> gmsh's element numbers of the cells, for messages, shape (n_cells)
     integer, allocatable :: cell_tags(:)
-    !> types, offsets and nodes of the facets of physical groups, as those of the cells
+    !> types, offsets and nodes of the facets of groups, as those of the cells
     integer, allocatable :: facet_types(:)
     integer, allocatable :: facet_offsets(:)
     integer, allocatable :: facet_nodes(:)
     type(group_t), allocatable :: groups(:)
+    !> sentences about what the user should know of the file: names that were made up, a turned plane
+    type(string_t), allocatable :: notes(:)
     !> FNV-1a hash of the file's bytes, 16 hexadecimal digits
     character(16) :: file_hash = ''
   end type mesh_t

@@ -37,6 +37,7 @@ contains
     PetscCall(broadcast_integers(mesh%facet_offsets, comm, ierr))
     PetscCall(broadcast_integers(mesh%facet_nodes, comm, ierr))
     PetscCall(broadcast_groups(mesh, comm, ierr))
+    PetscCall(broadcast_notes(mesh, comm, ierr))
     hash = mesh%file_hash
     PetscCall(broadcast_text(hash, comm, ierr))
     mesh%file_hash = hash
@@ -78,6 +79,25 @@ contains
       PetscCall(broadcast_integers(mesh%groups(i_group)%nodes, comm, ierr))
     end do
   end subroutine broadcast_groups
+
+  subroutine broadcast_notes(mesh, comm, ierr)
+    type(mesh_t), intent(inout) :: mesh
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i, n_notes, rank
+
+    PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
+    if (.not. allocated(mesh%notes)) allocate (mesh%notes(0))
+    n_notes = size(mesh%notes)
+    PetscCallMPI(MPI_Bcast(n_notes, 1, MPI_INTEGER, 0, comm, ierr))
+    if (rank /= 0) then
+      deallocate (mesh%notes)
+      allocate (mesh%notes(n_notes))
+    end if
+    do i = 1, n_notes
+      PetscCall(broadcast_text(mesh%notes(i)%text, comm, ierr))
+    end do
+  end subroutine broadcast_notes
 
   !> Sends an array of rank 0 to all other ranks, where it replaces `values`. If it is not allocated on rank 0, it is then not
   !> allocated on any rank. Collective on comm.

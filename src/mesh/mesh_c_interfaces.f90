@@ -57,11 +57,11 @@ module sig_mesh_c_interfaces
       integer(c_int), intent(inout) :: elements(*), groups(*)
     end subroutine sig_gmsh_memberships
 
-    subroutine sig_gmsh_group(mesh, i, n_dim, tag, name, name_length) bind(c)
+    subroutine sig_gmsh_group(mesh, i, n_dim, tag, is_entity, name, name_length) bind(c)
       import :: c_int, c_ptr, c_size_t
       type(c_ptr), value :: mesh
       integer(c_int), value :: i
-      integer(c_int), intent(out) :: n_dim, tag
+      integer(c_int), intent(out) :: n_dim, tag, is_entity
       type(c_ptr), intent(out) :: name
       integer(c_size_t), intent(out) :: name_length
     end subroutine sig_gmsh_group

@@ -10,16 +10,18 @@ module sig_mesh_file
   use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_no_memory, gmsh_ok, gmsh_unreadable, &
     sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_hash, sig_gmsh_memberships, sig_gmsh_message, &
     sig_gmsh_nodes, sig_gmsh_read, sig_gmsh_sizes
-  use sig_text, only: string_t
+  use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: raw_mesh_t, read_raw_mesh, report_invalid
+  public :: raw_mesh_t, raw_nodes, read_raw_mesh, report_invalid
+
+  !> kinds of groups: a physical group with a name, one without, a geometric entity of gmsh whose elements are in no physical group
+  integer, parameter, public :: kind_named = 1, kind_physical = 2, kind_entity = 3
 
   !> start of the message if the file is missing, is a folder, or cannot be read
   character(*), parameter, public :: unreadable_mesh = 'cannot read the mesh file'
 
-  !> The content of the file: all nodes, and the elements that belong to a physical group, both in the file's order. All indices are
-  !> 1-based.
+  !> The content of the file: all nodes and elements in the file's order, and the groups of elements. All indices are 1-based.
   type :: raw_mesh_t
     integer :: n_nodes = 0
     integer :: n_elements = 0
@@ -39,9 +41,12 @@ module sig_mesh_file
     !> element member_elements(m) belongs to group member_groups(m); elements ascend
     integer, allocatable :: member_elements(:)
     integer, allocatable :: member_groups(:)
-    !> dimension, physical tag and name of each group, shape (n_groups); a name is empty if the file has none
+    !> dimension and tag of each group, shape (n_groups)
     integer, allocatable :: group_dims(:)
     integer, allocatable :: group_tags(:)
+    !> kind_named, kind_physical or kind_entity, shape (n_groups)
+    integer, allocatable :: group_kinds(:)
+    !> the name in the file, or one made of dimension and number
     type(string_t), allocatable :: group_names(:)
     !> FNV-1a hash of the file's bytes, 16 hexadecimal digits
     character(16) :: hash = ''
@@ -74,6 +79,15 @@ contains
     end select
     call sig_gmsh_free(handle)
   end subroutine read_raw_mesh
+
+  !> Returns the nodes of an element of the file, 1-based, in gmsh's order within the element.
+  pure function raw_nodes(raw, i_element) result(nodes)
+    type(raw_mesh_t), intent(in) :: raw
+    integer, intent(in) :: i_element
+    integer :: nodes(raw%element_offsets(i_element + 1) - raw%element_offsets(i_element))
+
+    nodes = raw%element_nodes(raw%element_offsets(i_element) + 1:raw%element_offsets(i_element + 1))
+  end function raw_nodes
 
   !> Makes the error of a file that the C functions refused, with their message and the line of the fault. The line is 0 in a binary
   !> file, and for a fault without a place.
@@ -113,17 +127,38 @@ contains
     call copy_groups(handle, raw)
   end subroutine copy_mesh
 
+  !> Gives the groups without a name one of their dimension and number: `volume_55`, `surface_57`, `curve_3`, `point_2`. An entity
+  !> beside physical groups of the same dimension gets `surface_entity_57`, because these have numbers of their own.
+  pure subroutine name_groups(raw)
+    type(raw_mesh_t), intent(inout) :: raw
+    character(*), parameter :: nouns(0:3) = [character(7) :: 'point', 'curve', 'surface', 'volume']
+    character(:), allocatable :: noun
+    integer :: i
+
+    do i = 1, raw%n_groups
+      if (raw%group_kinds(i) == kind_named) cycle
+      noun = trim(nouns(raw%group_dims(i)))
+      if (raw%group_kinds(i) == kind_entity .and. any(raw%group_dims == raw%group_dims(i) .and. raw%group_kinds /= kind_entity)) &
+        noun = noun // '_entity'
+      raw%group_names(i)%text = noun // '_' // to_text(raw%group_tags(i))
+    end do
+  end subroutine name_groups
+
   subroutine copy_groups(handle, raw)
     type(c_ptr), intent(in) :: handle
     type(raw_mesh_t), intent(inout) :: raw
     type(c_ptr) :: name
     integer(c_size_t) :: name_length
-    integer(c_int) :: i_group
+    integer(c_int) :: i_group, is_entity
 
     allocate (raw%group_dims(raw%n_groups), raw%group_tags(raw%n_groups), raw%group_names(raw%n_groups))
+    allocate (raw%group_kinds(raw%n_groups))
     do i_group = 1, raw%n_groups
-      call sig_gmsh_group(handle, i_group - 1, raw%group_dims(i_group), raw%group_tags(i_group), name, name_length)
+      call sig_gmsh_group(handle, i_group - 1, raw%group_dims(i_group), raw%group_tags(i_group), is_entity, name, name_length)
+      raw%group_kinds(i_group) = merge(kind_named, kind_physical, name_length > 0)
+      if (is_entity == 1) raw%group_kinds(i_group) = kind_entity
       raw%group_names(i_group)%text = from_c(name, name_length)
     end do
+    call name_groups(raw)
   end subroutine copy_groups
 end module sig_mesh_file

@@ -42,7 +42,7 @@ module sig_mid_nodes
 
 contains
 
-  !> Checks the middle nodes of the elements in physical groups. Local. Cost: linear in the number of elements; a mesh without
+  !> Checks the middle nodes of the elements. Local. Cost: linear in the number of elements; a mesh without
   !> quadratic elements is not searched. Errors: two cells, or a cell and an element of lower dimension, have different nodes in the
   !> middle of a common edge or face, or only one of them has a node there. Elements of lower dimension are not compared with each
   !> other.
@@ -203,8 +203,7 @@ contains
       ' between the nodes ' // place, path, raw%element_places(1, i_element), raw%element_places(2, i_element), hint)
   end subroutine refuse
 
-  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh and its first physical group; `the T6 17` if
-  !> that has no name.
+  !> Returns an element for messages, `the T6 17 of 'block'`, with its number in gmsh and its first group.
   pure function element_text(raw, i_element) result(text)
     type(raw_mesh_t), intent(in) :: raw
     integer, intent(in) :: i_element
@@ -214,9 +213,6 @@ contains
     text = 'the ' // trim(element_types(element_type_of_gmsh(raw%element_types(i_element)))%name) // ' ' // &
       to_text(raw%element_tags(i_element))
     m = findloc(raw%member_elements, i_element, dim=1)
-    if (m == 0) return
-    associate (group => raw%group_names(raw%member_groups(m)))
-      if (len(group%text) > 0) text = text // " of '" // group%text // "'"
-    end associate
+    if (m > 0) text = text // " of '" // raw%group_names(raw%member_groups(m))%text // "'"
   end function element_text
 end module sig_mid_nodes

@@ -92,11 +92,11 @@ CHANGES = {
     ),
     "mesh_of_another_dimension": (
         {"two_blocks.msh": "cube.msh"},
-        ["cube.msh: error: the model needs a mesh of dimension 2", "with a physical group is 3"],
+        ["cube.msh: error: the model needs a mesh of dimension 2", "of its elements is 3"],
     ),
     "plane_mesh_in_a_solid_model": (
         {"plane_strain": "solid", "direction: [0, 1]": "direction: [0, 0, 1]"},
-        ["two_blocks.msh: error: the model needs a mesh of dimension 3", "with a physical group is 2"],
+        ["two_blocks.msh: error: the model needs a mesh of dimension 3", "of its elements is 2"],
     ),
     "mesh_behind_the_axis": (
         {
@@ -129,8 +129,8 @@ CHANGES = {
         ["truncated_binary.msh", "end"],
     ),
     "mesh_without_names": (
-        {"two_blocks.msh": "invalid/no_physical_names.msh"},
-        ["no_physical_names.msh|patch.yaml", "name"],
+        {"two_blocks.msh": "two_blocks_without_names.msh"},
+        ["patch.yaml:", "the mesh has no region", "it has surface_1, surface_2"],
     ),
     "mesh_of_third_order": (
         {"two_blocks.msh": "invalid/cubic.msh"},
