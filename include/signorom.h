@@ -129,9 +129,9 @@ typedef struct {
   double relative_bound;
   /* Bound of the error of the displacement: |u - u_full| <= displacement_bound in the norm of the stiffness. Rigid
    * motions of bodies that only contact holds are left out. relative_displacement_bound is the bound divided by the
-   * size of u, or by a thousandth of the largest size in training where that is larger. Only models of the kind
-   * interpolated whose displacements come from modes have these bounds. SIGNOROM_NO_BOUND and DBL_MAX mean the same as
-   * above. */
+   * size of u, or by a thousandth of the largest size in training where that is larger. Strains and stresses have an
+   * error of this relative size in the mean square over the part. Where the stiffness does not depend on the
+   * parameters, the bound is the error itself. SIGNOROM_NO_BOUND and DBL_MAX mean the same as above. */
   double displacement_bound;
   double relative_displacement_bound;
   /* Number of independent rigid motions of bodies that only contact holds which no contact force holds at this point;

@@ -18,10 +18,10 @@ module sig_predict
   use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
   use sig_point_list, only: point_list_t
-  use sig_predicted_fields, only: fields_folder, predicted_fields_t
-  use sig_answer, only: method_name, n_answer_methods
+  use sig_predicted_fields, only: fields_folder, large_error, predicted_fields_t
+  use sig_answer, only: bound_text, method_name, n_answer_methods
   use sig_signals, only: is_stop_requested, say_when_ended
-  use sig_text, only: counted, to_text
+  use sig_text, only: counted, short_number, to_text
   use petsc
   implicit none(type, external)
   private
@@ -249,8 +249,8 @@ contains
     call log_info(counted(sum(counts), 'answer') // ' (' // text(3:) // '): ' // command%output)
   end subroutine report_methods
 
-  !> Logs the path of fields.xdmf and how many points have fields, if any has; warns of points without fields, and of points at
-  !> which no contact force holds a body, if there are any.
+  !> Logs the path of fields.xdmf, how many points have fields, if any has, and the largest error of their displacements; warns of
+  !> points without fields, of points at which no contact force holds a body, and of large errors, if there are any.
   subroutine report_fields(command, model, fields)
     type(command_t), intent(in) :: command
     type(model_t), intent(in) :: model
@@ -265,9 +265,24 @@ contains
       call log_warning('at ' // place // ' no contact force holds a body that only contact can hold: its displacement and its ' // &
         'gaps are one of many possible')
     end if
-    if (fields%n_written > 0) call log_note('fields of ' // counted(fields%n_written, 'point') // ': ' // &
+    if (fields%n_inaccurate > 0) call log_warning('the error of the displacement is above ' // &
+      short_number(100 * large_error) // ' % at ' // to_text(fields%n_inaccurate) // ' of ' // &
+      counted(fields%n_written, 'point') // ' with fields: displacements and stresses are not accurate there; the largest ' // &
+      'error is ' // bound_text(fields%largest_bound) // ' at ' // format_point(model%parameter_names, fields%worst) // &
+      ' (column displacement_bound)')
+    if (fields%n_written > 0) call log_note('fields of ' // counted(fields%n_written, 'point') // error_note(fields) // ': ' // &
       fields_folder(command%file, command%output) // '/fields.xdmf')
   end subroutine report_fields
+
+  !> Returns in parentheses the largest error of the displacements of all points with fields, if it is known and not large.
+  function error_note(fields) result(text)
+    type(predicted_fields_t), intent(in) :: fields
+    character(:), allocatable :: text
+
+    text = ''
+    if (fields%n_inaccurate == 0 .and. fields%largest_bound >= 0) text = ' (error of the displacement in the norm of the ' // &
+      'stiffness at most ' // short_number(fields%largest_bound) // ')'
+  end function error_note
 
   function outside_text(model, point) result(text)
     type(model_t), intent(in) :: model

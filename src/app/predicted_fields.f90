@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes the fields of the answers of predict for ParaView and signorom-post view.
 module sig_predicted_fields
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_t, no_bound
   use sig_deck_config, only: output_config_t
   use sig_errors, only: error_t, make_error
   use sig_field_query, only: field_query_t, why_no_fields
@@ -13,6 +13,9 @@ module sig_predicted_fields
   implicit none(type, external)
   private
   public :: predicted_fields_t, fields_folder
+
+  !> [-] error of a displacement in the norm of the stiffness above which predict warns
+  real(rk), parameter, public :: large_error = 0.01_rk
 
   !> Call `create`, then `add` for each point, then `close`; without `close` there are no new files.
   type :: predicted_fields_t
@@ -29,6 +32,11 @@ module sig_predicted_fields
     !> number of points with fields at which no contact force holds a body, and the first of these points
     integer, public :: n_unheld = 0
     real(rk), allocatable, public :: first_unheld(:)
+    !> [-] largest relative_displacement_bound of the points with fields, negative if none has one; the point, and the number of
+    !> points where it is above large_error
+    real(rk), public :: largest_bound = no_bound
+    real(rk), allocatable, public :: worst(:)
+    integer, public :: n_inaccurate = 0
   contains
     procedure :: create
     procedure :: add
@@ -100,9 +108,24 @@ contains
       if (self%n_unheld == 0) self%first_unheld = point
       self%n_unheld = self%n_unheld + 1
     end if
+    call note_bound(self, point)
     call self%writer%start_point(self%online%model, point)
     call self%writer%write_values(self%online%model, self%fields%values, .true.)
   end subroutine add
+
+  !> Takes the bound of the displacement's error at a point into largest_bound, worst and n_inaccurate.
+  subroutine note_bound(self, point)
+    type(predicted_fields_t), intent(inout) :: self
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+
+    associate (bound => self%answer%relative_displacement_bound)
+      if (bound > large_error) self%n_inaccurate = self%n_inaccurate + 1
+      if (bound <= self%largest_bound) return
+      self%largest_bound = bound
+      self%worst = point
+    end associate
+  end subroutine note_bound
 
   !> Closes the files, which then get their names. If there is an error already, the error stays and there are no new files. Does
   !> nothing without create. Errors: the first failure since create.

@@ -37,7 +37,7 @@ module sig_study
   use sig_text, only: counted, to_text
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
-  use sig_verdict, only: judge_validation, validation_table, verdict_t
+  use sig_verdict, only: judge_validation, judgment_t, validation_table, verdict_t
   use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, write_validation_table
   use petsc
   implicit none(type, external)
@@ -244,7 +244,7 @@ contains
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_model(model, report)
-    verdict = judge_validation(outcome, session%deck%accepted_error)
+    verdict = judge_validation(outcome, session%deck%validation)
     call report_validation(session%deck, session%full_order%problem%plan%type, outcome, verdict, report)
     call keep_statistics(outcome, verdict, model)
     if (session%rank == 0) then
@@ -257,13 +257,23 @@ contains
     call warn_of_errors(outcome)
     call log_info('validated at ' // counted(size(outcome%points, 2), 'point') // ': ' // session%folder // '/validation.csv' // &
       new_line('a') // validation_table(outcome, verdict))
-    if (verdict%is_accepted) then
-      call log_info(verdict%sentence)
-    else
-      call log_warning(verdict%sentence)
-    end if
+    call log_judgment('forces ', verdict%forces)
+    call log_judgment('fields ', verdict%fields)
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
+
+  !> Logs the sentence of a judgment, as a warning if it says `NOT accepted`.
+  subroutine log_judgment(subject, judgment)
+    !> what was judged, with a blank behind it
+    character(*), intent(in) :: subject
+    type(judgment_t), intent(in) :: judgment
+
+    if (index(judgment%sentence, 'NOT accepted') == 1) then
+      call log_warning(subject // judgment%sentence)
+    else
+      call log_info(subject // judgment%sentence)
+    end if
+  end subroutine log_judgment
 
   !> Solves the full-order problem at the given points and writes the files of write_fields and the report. Collective on all ranks.
   !>

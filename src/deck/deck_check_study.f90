@@ -48,8 +48,10 @@ contains
     if (.not. (config%reduction%stiffness_tolerance > 0 .and. config%reduction%stiffness_tolerance < 1)) call tree%report_at( &
       'reduction.stiffness_tolerance', 'is ' // to_text(config%reduction%stiffness_tolerance) // &
       '; it must be greater than 0 and less than 1')
-    if (.not. config%accepted_error > 0) call tree%report_at('validation.accept', &
-      'is ' // to_text(config%accepted_error) // '; it must be greater than 0')
+    if (.not. config%validation%accepted_forces > 0) call tree%report_at('validation.accept', &
+      'is ' // to_text(config%validation%accepted_forces) // '; it must be greater than 0')
+    if (.not. config%validation%accepted_fields > 0) call tree%report_at('validation.accept_fields', &
+      'is ' // to_text(config%validation%accepted_fields) // '; it must be greater than 0')
     call check_clusters(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)

@@ -18,11 +18,12 @@ module sig_deck_checks
 
   !> names that no parameter may have: coordinates in expressions (now or later), columns of the tables that have the parameters as
   !> columns, outputs of an FMU, arguments of the Python interface
-  character(*), parameter :: reserved_names(32) = [character(22) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
+  character(*), parameter :: reserved_names(36) = [character(27) :: 'x', 'y', 'z', 'r', 'cluster', 'solver', 'e_u', &
     'e_lambda_rid', 'e_lambda_all', 'e_energy', 'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', &
     'e_u_energy_relative', 'n_active', 'n_active_full_order', 'full_order', 'n_solutions', 'error_bound', 'displacement_bound', &
     'status', 'next_cluster', 'contact_force', 'order', 'indicator', 'error_u', 'error_lambda', 'is_inside_box', &
-    'relative_bound', 'nodes', 'self']
+    'relative_bound', 'nodes', 'self', &
+    'e_von_mises_largest', 'e_von_mises', 'e_pressure', 'relative_displacement_bound']
 
 contains
 

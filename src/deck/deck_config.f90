@@ -8,7 +8,7 @@ module sig_deck_config
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t, &
     load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t, boundary_config_t, contact_config_t, &
     solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
-    target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t
+    target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t, validation_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact if facets differ in size
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
@@ -366,6 +366,14 @@ module sig_deck_config
     real(rk), allocatable :: points(:, :)
   end type output_config_t
 
+  !> Section validation: largest errors of a model that is accepted, as p95 over the test points.
+  type :: validation_config_t
+    !> [-] accept > 0: of the contact forces
+    real(rk) :: accepted_forces = 0.05_rk
+    !> [-] accept_fields > 0: of displacements and stresses
+    real(rk) :: accepted_fields = 0.01_rk
+  end type validation_config_t
+
   !> A whole deck.
   type :: deck_config_t
     !> path of the deck as given on the command line, and its name without folder and ending
@@ -391,8 +399,8 @@ module sig_deck_config
     type(point_set_config_t) :: test
     type(clusters_config_t) :: clusters
     type(reduction_config_t) :: reduction
-    !> [-] validation.accept > 0: a model is accepted if the p95 of e_lambda_all is at most this; default 0.05
-    real(rk) :: accepted_error = 0.05_rk
+    !> limits up to which validate accepts a model
+    type(validation_config_t) :: validation
     type(output_config_t) :: output
     !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty
     character(:), allocatable :: petsc_options

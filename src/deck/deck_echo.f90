@@ -35,7 +35,8 @@ contains
     if (config%has_training) yaml = yaml // 'training: ' // training_set(config%greedy, config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
-    yaml = yaml // 'validation: {accept: ' // to_text(config%accepted_error) // '}' // eol
+    yaml = yaml // 'validation: {accept: ' // to_text(config%validation%accepted_forces) // ', accept_fields: ' // &
+      to_text(config%validation%accepted_fields) // '}' // eol
     yaml = yaml // output_section(config%output, config%parameters) // &
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck

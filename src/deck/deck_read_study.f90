@@ -2,7 +2,8 @@
 !> Reads the sections of a deck on solving, reduction and output: solver, validation and output here, training, test, clusters and
 !> reduction in modules of their own.
 module sig_deck_read_study
-  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, solver_config_t
+  use sig_deck_config, only: deck_config_t, output_config_t, parameter_config_t, solver_config_t, &
+    validation_config_t
   use sig_deck_read_clusters, only: read_clusters
   use sig_deck_read_points, only: read_point_set
   use sig_deck_read_problem, only: path_below
@@ -33,19 +34,19 @@ contains
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
     call read_clusters(tree, config%parameters, config%clusters)
     call read_reduction(tree, mechanical_model(config%mesh%model), config%reduction)
-    call read_validation(tree, config%accepted_error)
+    call read_validation(tree, config%validation)
     call read_output(tree, config)
   end subroutine read_study
 
-  subroutine read_validation(tree, accepted_error)
+  subroutine read_validation(tree, validation)
     type(deck_tree_t), intent(inout) :: tree
-    !> [-] largest accepted error
-    real(rk), intent(inout) :: accepted_error
+    type(validation_config_t), intent(inout) :: validation
     integer :: i_validation
 
     i_validation = get_mapping(tree, root_node, 'validation', .false.)
     if (i_validation == 0) return
-    call get_number(tree, i_validation, 'accept', .false., accepted_error)
+    call get_number(tree, i_validation, 'accept', .false., validation%accepted_forces)
+    call get_number(tree, i_validation, 'accept_fields', .false., validation%accepted_fields)
     call tree%close_mapping(i_validation)
   end subroutine read_validation
 

@@ -160,8 +160,8 @@ static parts_t parts_of(const unit_t *unit, double *room, int n) {
   return parts;
 }
 
-/* Returns the value of an output in answer i, or its derivative i; the certificate and is_inside_box come from `answer`
- * and are 0 if it is null, as for derivatives. */
+/* Returns the value of an output in answer i, or its derivative i; the certificates and is_inside_box come from
+ * `answer` and are 0 if it is null, as for derivatives. */
 static double value_of(const unit_t *unit, const parts_t *parts, output_t output, int i,
                        const signorom_answer *answer) {
   const int n_dimensions = unit->sizes.n_dimensions;
@@ -177,6 +177,8 @@ static double value_of(const unit_t *unit, const parts_t *parts, output_t output
     return parts->displacement[node * n_dimensions + output.component];
   case OUTPUT_BOUND:
     return answer ? answer->relative_bound : 0;
+  case OUTPUT_DISPLACEMENT_BOUND:
+    return answer ? answer->relative_displacement_bound : 0;
   case OUTPUT_INSIDE:
     return answer ? answer->is_inside_box : 0;
   }

@@ -7,10 +7,19 @@
 #include "fmi3.h"
 #include "signorom.h"
 
-/* What an output is: area, force or moment of a contact of the deck, displacement of a node, certificate (the
- * relative_bound of the answer), or whether the inputs are inside of the box. `entry` is the contact, or the place of
- * the node in `nodes`; `component` is the direction. Both count from 0; outputs that have none do not use them. */
-typedef enum { OUTPUT_AREA, OUTPUT_FORCE, OUTPUT_MOMENT, OUTPUT_DISPLACEMENT, OUTPUT_BOUND, OUTPUT_INSIDE } output_kind;
+/* What an output is: area, force or moment of a contact of the deck, displacement of a node, certificates (the
+ * relative_bound and the relative_displacement_bound of the answer), or whether the inputs are inside of the box.
+ * `entry` is the contact, or the place of the node in `nodes`; `component` is the direction. Both count from 0; outputs
+ * that have none do not use them. */
+typedef enum {
+  OUTPUT_AREA,
+  OUTPUT_FORCE,
+  OUTPUT_MOMENT,
+  OUTPUT_DISPLACEMENT,
+  OUTPUT_BOUND,
+  OUTPUT_DISPLACEMENT_BOUND,
+  OUTPUT_INSIDE
+} output_kind;
 
 typedef struct {
   output_kind kind;
@@ -61,8 +70,8 @@ void unit_reset(unit_t *unit);
  * log. */
 fmi3Status unit_evaluate(unit_t *unit);
 /* Computes the derivatives of the outputs with respect to the inputs at the present inputs, towards larger inputs,
- * unless they are known. Those of areas are 0, as areas change in steps; so are those of OUTPUT_BOUND and
- * OUTPUT_INSIDE, which are not used. fmi3Discard: there is no answer, or it or the displacement of a node of `nodes`
+ * unless they are known. Those of areas are 0, as areas change in steps; so are those of the kinds from OUTPUT_BOUND
+ * on, which are not used. fmi3Discard: there is no answer, or it or the displacement of a node of `nodes`
  * has no derivatives. */
 fmi3Status unit_differentiate(unit_t *unit);
 /* Gives a message to the log of the importer, and returns the status. */

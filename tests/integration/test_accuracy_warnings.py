@@ -159,7 +159,7 @@ def test_a_lever_that_turns_on_its_pin(signorom, tmp_path, support, is_turning):
 
 
 def test_good_decks_get_no_warning(signorom, tmp_path):
-    deck = write_deck("shifted_disks", tmp_path)
+    deck = write_deck("shifted_disks", tmp_path, **{"method: hhr": "method: condensed"})
     done = signorom.run("run", deck.name, folder=tmp_path)
     assert done.returncode == 0
     assert "warning" not in done.stdout + done.stderr

@@ -213,6 +213,7 @@ def test_python_and_c_say_the_same(study, post, library, tmp_path):
     expected = read_fields(study / "answers_fields" / "fields.h5", 2)
     with post.Model(study / "model.h5") as model:
         fields, cells = model.fields(**point), model.cells
+        answer = model.query(**point)
     for name in ("stress", "von_mises", "imposed_strain", "stress_smoothed", "von_mises_smoothed", "gap"):
         np.testing.assert_array_equal(getattr(fields, name), expected[name], err_msg=name)
     for name in ("displacement", "contact_force"):
@@ -220,6 +221,8 @@ def test_python_and_c_say_the_same(study, post, library, tmp_path):
     np.testing.assert_array_equal(fields.contact_status, expected["contact_status"])
     assert fields.contact_area == pytest.approx([expected["contact_1_area"]])
     assert (fields.units["stress"], fields.units["contact_area"], fields.units["gap"]) == ("Pa", "m", "m")
+    for name in ("displacement_bound", "relative_displacement_bound"):
+        assert getattr(fields, name) == getattr(answer, name)
     assert cells.region_names == ["lower", "upper"]
     np.testing.assert_array_equal(cells.regions + 1, expected["region"])
     assert len(cells.starts) == len(fields.von_mises) + 1

@@ -88,6 +88,10 @@ def numbers_of(answer):
         found[f"contact_1.force_{axis}"] = answer.resultants.forces[0, k]
         for i, tag in enumerate(NODES):
             found[f"node_{tag}.displacement_{axis}"] = answer.displacement[i, k]
+    # an output is there if the model gives a bound
+    for name in ("relative_bound", "relative_displacement_bound"):
+        if getattr(answer, name) is not None:
+            found[name] = getattr(answer, name)
     return found
 
 

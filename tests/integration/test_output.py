@@ -25,6 +25,9 @@ ERRORS = (
     "e_energy_rid_relative",
     "e_u_energy",
     "e_u_energy_relative",
+    "e_von_mises_largest",
+    "e_von_mises",
+    "e_pressure",
 )
 N_TEST = 7
 CORNERS = ["1 - 16", "15 - 30"]

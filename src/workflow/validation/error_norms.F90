@@ -1,17 +1,21 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> The errors (17), (18) and (19) of reduced answers, compared with the full-order solutions at the same points.
+!> The errors of reduced answers, compared with the full-order solutions at the same points: (17), (18), (19), and those of the
+!> fields: the norm of the stiffness, von Mises stresses and contact pressures.
 module sig_error_norms
   use sig_answer_errors, only: all_forces, compare_displacements, compare_forces, comparison_t, rid_forces
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
+  use sig_field_errors, only: compare_pressures, compare_von_mises
+  use sig_field_map, only: field_map_t
   use sig_imposed_energy, only: imposed_energy_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_petsc_support, only: multiply_block, sum_over_ranks
   use sig_answer, only: answer_t
-  use sig_reconstruction, only: reconstruct_displacement
+  use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
+  use sig_rooms, only: rooms_t
   use petsc
   implicit none(type, external)
   private
@@ -33,6 +37,9 @@ module sig_error_norms
     type(measured_domain_t) :: whole
     !> [-] values of the terms of the imposed strains at the points, shape (n_strain_terms, n_points)
     real(rk), allocatable :: strain_theta(:, :)
+    !> whole mesh, on the leader of a group of ranks only, and the values of its terms at the points, shape (n_terms, n_points)
+    type(field_map_t) :: fields
+    real(rk), allocatable :: field_theta(:, :)
   end type measured_bodies_t
 
   !> The errors of an answer at one point, as differences from the full-order solution and its sizes.
@@ -49,6 +56,10 @@ module sig_error_norms
     !> [sqrt(force*length)] error of the displacement in the norm of the stiffness; the difference is NaN if some dofs have no
     !> displacement
     type(comparison_t) :: field
+    !> [force/length**2] results of compare_von_mises and compare_pressures; only on ranks that have the field map
+    type(comparison_t) :: von_mises_largest
+    type(comparison_t) :: von_mises
+    type(comparison_t) :: pressure
   end type point_errors_t
 
 contains
@@ -87,7 +98,29 @@ contains
     errors%energy%size = abs(energies(1, n + 1:))
     errors%energy_rid%difference = abs(energies(2, :n) - energies(2, n + 1:))
     errors%energy_rid%size = abs(energies(2, n + 1:))
+    if (bodies%fields%is_there()) call measure_stresses(bodies, online, answers, states, fields, errors)
   end subroutine measure_errors
+
+  !> Sets the errors of von Mises stresses and contact pressures at each point. Local.
+  subroutine measure_stresses(bodies, online, answers, states, fields, errors)
+    type(measured_bodies_t), intent(in) :: bodies
+    type(online_model_t), intent(in) :: online
+    type(answer_t), intent(in) :: answers(:)
+    type(contact_state_t), intent(in) :: states(:)
+    !> [length] displacements of the answers, then of the full-order model, natural; shape (n_dofs, 2 * n_points)
+    real(rk), intent(in) :: fields(:, :)
+    type(point_errors_t), intent(inout) :: errors(:)
+    type(rooms_t) :: rooms
+    real(rk) :: multipliers(online%model%n_multipliers)
+    integer :: i
+
+    do i = 1, size(errors)
+      call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, size(errors) + i), &
+        errors(i)%von_mises_largest, errors(i)%von_mises)
+      call reconstruct_multipliers(online, answers(i), rooms, multipliers)
+      errors(i)%pressure = compare_pressures(bodies%fields%rows, online%model%n_nodes, multipliers, states(i)%multipliers)
+    end do
+  end subroutine measure_stresses
 
   !> Sets errors%field to |u_r - u|_K and |u|_K (energy norm, K of the system; u_r of the answer) at each point. Collective on
   !> system%comm.

@@ -76,9 +76,9 @@ contains
   end function status
 
   !> Adds to the report: the number of points; minimum, median, p95 and maximum of each error (report_statistics, so not as the
-  !> verdict counts them); the points with the largest e_lambda_rid, and how often it is infinite or no number; the numbers of
-  !> answers by each method, with several solutions, and by the fallback; verdict, warnings, times and, after a benchmark, the
-  !> speed-up.
+  !> verdict counts them) and of the bounds; the points with the largest e_lambda_rid, and how often it is infinite or no number;
+  !> the numbers of answers by each method, with several solutions, and by the fallback; verdict, warnings, times and, after a
+  !> benchmark, the speed-up.
   subroutine report_validation(deck, solver_type, outcome, verdict, report)
     type(deck_config_t), intent(in) :: deck
     !> type of the solver that solved the full-order points
@@ -94,6 +94,8 @@ contains
     do i_error = 1, n_errors
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
+    call report_bounds('error_bound', outcome%error_bound, report)
+    call report_bounds('displacement_bound', outcome%displacement_bound, report)
     call report%add('errors/warnings', validation_warnings(outcome))
     call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
@@ -104,6 +106,8 @@ contains
     call report%add('answers/by_fallback', verdict%n_fallbacks)
     call report%add('validation/accepted', verdict%is_accepted)
     call report%add('validation/verdict', verdict%sentence)
+    call report%add('validation/forces', verdict%forces%sentence)
+    call report%add('validation/fields', verdict%fields%sentence)
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :)) .and. &
       outcome%reason_full_order == reason_converged))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
@@ -111,6 +115,16 @@ contains
     call report%add('times/full_order_per_point', outcome%full_order_seconds)
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
+
+  !> Adds to the report minimum, median, p95 and maximum of the bounds that are known; nothing if none is.
+  subroutine report_bounds(name, bounds, report)
+    character(*), intent(in) :: name
+    !> [-] negative where there is none, shape (n_points)
+    real(rk), intent(in) :: bounds(:)
+    type(run_report_t), intent(inout) :: report
+
+    if (any(bounds >= 0)) call report_statistics(report, 'errors/' // name, pack(bounds, bounds >= 0))
+  end subroutine report_bounds
 
   !> Logs the warnings of validation_warnings.
   subroutine warn_of_errors(outcome)
@@ -121,8 +135,8 @@ contains
     call log_warnings(warnings)
   end subroutine warn_of_errors
 
-  !> Returns the warnings of error_warnings (e_u, e_lambda_rid and e_lambda_all that are large or could not be measured), and
-  !> that of motion_warning.
+  !> Returns the warnings of error_warnings (e_lambda_rid and e_lambda_all that are large or could not be measured, displacements
+  !> that are not unique), and that of motion_warning.
   pure function validation_warnings(outcome) result(warnings)
     type(validation_t), intent(in) :: outcome
     type(string_t), allocatable :: warnings(:)
@@ -193,8 +207,8 @@ contains
     end do
   end function worst_points
 
-  !> Copies the verdict, the statistics of the errors (measured_statistics: without NaN values; of forces as counted_errors) and the
-  !> number of answers by each method into the model; replaces those of an earlier validation.
+  !> Copies the verdict, the statistics of the errors (measured_statistics: without NaN values; those of contact as counted_errors)
+  !> and the number of answers by each method into the model; replaces those of an earlier validation.
   subroutine keep_statistics(outcome, verdict, model)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
@@ -208,9 +222,9 @@ contains
     do i_error = 1, n_errors
       model%validation%names(i_error)%text = trim(error_names(i_error))
       statistics(i_error) = measured_statistics(outcome%errors(i_error, :))
-      ! forces as in the table of the terminal: a point where nothing touches counts as 0
-      if (index(error_names(i_error), 'e_lambda') == 1) then
-        errors = counted_errors(outcome, i_error)
+      ! contact as in the table of the terminal: a point where nothing touches counts as 0
+      if (error_names(i_error) (:8) == 'e_lambda' .or. error_names(i_error) == 'e_pressure') then
+        errors = counted_errors(outcome, error_names(i_error))
         where (errors >= huge(errors)) errors = ieee_value(1.0_rk, ieee_positive_inf)
         statistics(i_error) = measured_statistics(errors)
       end if

@@ -1,107 +1,183 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The result of a validation: a table for the terminal, and one sentence that says whether the model is good enough.
+!> The result of a validation: a table for the terminal, and two sentences that say whether the contact forces and the fields of the
+!> model are good enough.
 module sig_verdict
-  use sig_accuracy_warnings, only: accuracy_advice, motion_warning
+  use sig_accuracy_warnings, only: accuracy_advice, field_advice, motion_warning
+  use sig_deck_config, only: validation_config_t
   use sig_kinds, only: rk
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: counted, short_number, to_text
   use sig_validation, only: error_names, validation_t
   implicit none(type, external)
   private
-  public :: verdict_t, counted_errors, judge_validation, validation_table
+  public :: judgment_t, verdict_t, counted_errors, judge_validation, validation_table
 
   character(1), parameter :: eol = new_line('a')
-  !> rows of the table: e_u, e_lambda_rid, e_lambda_all
-  integer, parameter :: n_shown = 3
-  !> the row whose p95 decides: e_lambda_all
-  integer, parameter :: i_decisive = 3
-  !> e_lambda_rid
-  integer, parameter :: i_rid = 2
+  !> errors of contact forces whose p95 is shown; that of the last one decides
+  character(*), parameter :: force_errors(3) = [character(12) :: 'e_pressure', 'e_lambda_rid', 'e_lambda_all']
+  !> errors of displacements and stresses that are shown; the p95 of the last two decide
+  character(*), parameter :: field_errors(4) = [character(22) :: 'e_u', 'e_von_mises', 'e_u_energy_relative', 'e_von_mises_largest']
+
+  !> Whether contact forces or fields are good enough.
+  type :: judgment_t
+    logical :: is_accepted = .false.
+    !> in words, without a full stop; begins with `accepted`, `NOT accepted` or `not judged`
+    character(:), allocatable :: sentence
+  end type judgment_t
 
   !> Whether a validated model is good enough.
   type :: verdict_t
-    !> p95 is at most validation.accept, some test point has a contact force, and no body rotates or deforms too far
+    !> p95 of e_lambda_all is at most validation.accept, some test point has a contact force, and no body rotates or deforms too far
+    type(judgment_t) :: forces
+    !> p95 of e_u_energy_relative and of e_von_mises_largest are at most validation.accept_fields
+    type(judgment_t) :: fields
+    !> forces are accepted, and fields, too, if the model keeps the data for them
     logical :: is_accepted = .false.
+    !> both sentences in one; begins with `accepted` or `NOT accepted`
+    character(:), allocatable :: sentence
     !> number of points without an answer of the model but with a full-order solution, of points without a full-order solution, and
     !> of answers by the fallback
     integer :: n_unanswered = 0
     integer :: n_unsolved = 0
     integer :: n_fallbacks = 0
-    !> [-] p95 of e_lambda_all; a point without an answer counts with a huge error
-    real(rk) :: p95 = 0
-    !> verdict in words, without a full stop
-    character(:), allocatable :: sentence
   end type verdict_t
 
 contains
 
-  !> Returns the verdict: the model is accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the deck's limit,
-  !> some full-order solution has a contact force, and none rotates or deforms a body too far for linear equations
-  !> (motion_warning). Points without a full-order solution do not count; if no point counts, p95 is NaN and
-  !> the model is not accepted. The sentence names the number of answers by the fallback if it answered more than half of all
-  !> points.
-  pure function judge_validation(outcome, limit) result(verdict)
+  !> Returns the verdict on a model: that on its contact forces (judge_forces) and that on its fields (judge_fields). The latter
+  !> counts for a model that keeps the data for fields; for others its sentence says that it does not.
+  pure function judge_validation(outcome, limits) result(verdict)
     type(validation_t), intent(in) :: outcome
-    !> [-] validation.accept
-    real(rk), intent(in) :: limit
+    type(validation_config_t), intent(in) :: limits
     type(verdict_t) :: verdict
-    type(statistics_t) :: statistics
-    character(:), allocatable :: objection
 
     verdict%n_unanswered = count(outcome%method == 0 .and. outcome%reason_full_order > 0)
     verdict%n_unsolved = count(outcome%reason_full_order <= 0)
     verdict%n_fallbacks = count(outcome%is_fallback)
-    statistics = measured_statistics(counted_errors(outcome, i_decisive))
-    verdict%p95 = statistics%p95
+    call judge_forces(outcome, limits%accepted_forces, verdict%forces)
+    verdict%forces%sentence = verdict%forces%sentence // remarks(outcome, verdict)
+    call judge_fields(outcome, limits%accepted_fields, verdict%fields)
+    verdict%is_accepted = verdict%forces%is_accepted .and. (verdict%fields%is_accepted .or. .not. outcome%has_fields)
+    if (verdict%is_accepted .or. .not. verdict%forces%is_accepted) then
+      verdict%sentence = verdict%forces%sentence // '; fields ' // verdict%fields%sentence
+    else
+      verdict%sentence = verdict%fields%sentence // '; forces ' // verdict%forces%sentence
+    end if
+  end function judge_validation
+
+  !> Judges the contact forces: they are accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the limit, some
+  !> full-order solution has a contact force, and none rotates or deforms a body too far for linear equations (motion_warning).
+  !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the forces are not accepted.
+  pure subroutine judge_forces(outcome, limit, judgment)
+    type(validation_t), intent(in) :: outcome
+    !> [-] validation.accept
+    real(rk), intent(in) :: limit
+    type(judgment_t), intent(inout) :: judgment
+    character(:), allocatable :: objection
+    real(rk) :: p95
+
+    p95 = p95_of('e_lambda_all', outcome)
     objection = motion_warning(outcome%rotation, outcome%deformation)
     if (.not. any(outcome%n_active_full_order > 0 .and. outcome%reason_full_order > 0)) objection = 'no test point has a ' // &
       'contact force, so those of the model were not tested; choose test points at which contacts close (test)'
-    verdict%is_accepted = verdict%p95 <= limit .and. objection == ''
-    verdict%sentence = 'p95 of ' // trim(error_names(i_decisive)) // ' is ' // short_number(verdict%p95)
-    if (verdict%is_accepted) then
-      verdict%sentence = 'accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // ' (validation.accept)'
-    else if (verdict%p95 <= limit) then
-      verdict%sentence = 'NOT accepted: ' // objection
+    judgment%is_accepted = p95 <= limit .and. objection == ''
+    judgment%sentence = 'p95 of e_lambda_all is ' // short_number(p95) // ', the limit is ' // short_number(limit) // &
+      ' (validation.accept)'
+    if (judgment%is_accepted) then
+      judgment%sentence = 'accepted: ' // judgment%sentence
+    else if (p95 <= limit) then
+      judgment%sentence = 'NOT accepted: ' // objection
     else
-      verdict%sentence = 'NOT accepted: ' // verdict%sentence // ', the limit is ' // short_number(limit) // &
-        ' (validation.accept); ' // accuracy_advice(outcome%model_kind)
+      judgment%sentence = 'NOT accepted: ' // judgment%sentence // '; ' // accuracy_advice(outcome%model_kind)
     end if
-    if (2 * verdict%n_fallbacks > size(outcome%is_fallback)) verdict%sentence = verdict%sentence // &
-      '; the fallback, not the reduced part of the model, answered ' // to_text(verdict%n_fallbacks) // ' of ' // &
-      counted(size(outcome%is_fallback), 'point')
-    if (verdict%n_unsolved > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unsolved, 'point') // &
-      ' without a full-order solution left out'
-    if (verdict%n_unanswered > 0) verdict%sentence = verdict%sentence // '; ' // counted(verdict%n_unanswered, 'point') // &
-      ' without an answer (an infinite error)'
-  end function judge_validation
+  end subroutine judge_forces
 
-  !> Returns the errors of the points with a full-order solution, in their order. Without an answer the error is huge(errors). An
-  !> error that is NaN becomes 0 if the full-order solution has no contact force anywhere, and for e_lambda_rid also if the
-  !> full-order solution and the answer have none in the reduced integration domain; otherwise huge(errors).
-  pure function counted_errors(outcome, i_error) result(errors)
+  !> Judges the fields: they are accepted if p95 of e_u_energy_relative and of e_von_mises_largest, as counted_errors counts them,
+  !> are at most the limit. They are not judged if the model has no fields and not the displacements of all nodes.
+  pure subroutine judge_fields(outcome, limit, judgment)
     type(validation_t), intent(in) :: outcome
-    !> position in error_names
-    integer, intent(in) :: i_error
+    !> [-] validation.accept_fields
+    real(rk), intent(in) :: limit
+    type(judgment_t), intent(inout) :: judgment
+    real(rk) :: of_energy, of_stress
+
+    judgment%sentence = 'the model does not have the displacements of all nodes'
+    if (outcome%has_displacements) then
+      of_energy = p95_of('e_u_energy_relative', outcome)
+      of_stress = p95_of('e_von_mises_largest', outcome)
+      judgment%is_accepted = of_energy <= limit .and. of_stress <= limit
+      judgment%sentence = 'p95 of e_u_energy_relative is ' // short_number(of_energy) // ' and of e_von_mises_largest ' // &
+        short_number(of_stress) // ', the limit is ' // short_number(limit) // ' (validation.accept_fields)'
+    end if
+    if (judgment%is_accepted) then
+      judgment%sentence = 'accepted: ' // judgment%sentence
+      return
+    else if (.not. (outcome%has_displacements .or. outcome%has_fields)) then
+      judgment%sentence = 'not judged: ' // judgment%sentence
+      return
+    end if
+    judgment%sentence = 'NOT accepted: ' // judgment%sentence // '; ' // field_advice(outcome%model_kind)
+    if (.not. outcome%has_fields) judgment%sentence = judgment%sentence // '; the verdict on the model does not count this, ' // &
+      'because reduction.fields is false, but displacements that you ask for have this error'
+  end subroutine judge_fields
+
+  !> Returns what else belongs to the verdict on forces, each part after a semicolon: the number of answers by the fallback if it
+  !> answered more than half of all points, of points without a full-order solution, and of points without an answer.
+  pure function remarks(outcome, verdict) result(text)
+    type(validation_t), intent(in) :: outcome
+    type(verdict_t), intent(in) :: verdict
+    character(:), allocatable :: text
+
+    text = ''
+    if (2 * verdict%n_fallbacks > size(outcome%is_fallback)) text = '; the fallback, not the reduced part of the model, ' // &
+      'answered ' // to_text(verdict%n_fallbacks) // ' of ' // counted(size(outcome%is_fallback), 'point')
+    if (verdict%n_unsolved > 0) text = text // '; ' // counted(verdict%n_unsolved, 'point') // &
+      ' without a full-order solution left out'
+    if (verdict%n_unanswered > 0) text = text // '; ' // counted(verdict%n_unanswered, 'point') // &
+      ' without an answer (an infinite error)'
+  end function remarks
+
+  !> [-] Returns p95 of an error as counted_errors counts it; NaN if no point counts.
+  pure real(rk) function p95_of(name, outcome)
+    !> one of error_names
+    character(*), intent(in) :: name
+    type(validation_t), intent(in) :: outcome
+    type(statistics_t) :: statistics
+
+    statistics = measured_statistics(counted_errors(outcome, name))
+    p95_of = statistics%p95
+  end function p95_of
+
+  !> Returns the errors of the points with a full-order solution, in their order. Without an answer the error is huge(errors). So is
+  !> an error that is NaN, except where that means no contact: the error of forces or of e_u becomes 0 if the full-order solution
+  !> has no contact force anywhere, and for e_lambda_rid also if the full-order solution and the answer have none in the reduced
+  !> integration domain.
+  pure function counted_errors(outcome, name) result(errors)
+    type(validation_t), intent(in) :: outcome
+    !> one of error_names
+    character(*), intent(in) :: name
     real(rk), allocatable :: errors(:)
-    logical :: is_open
+    logical :: is_of_field, is_open
     integer :: i
 
-    errors = outcome%errors(i_error, :)
+    errors = outcome%errors(findloc(error_names == name, .true., dim=1), :)
+    is_of_field = any(field_errors(2:) == name)
     do i = 1, size(errors)
       if (outcome%method(i) == 0) then
         errors(i) = huge(errors)
       else if (.not. errors(i) >= 0) then
         ! e_lambda_rid is NaN only without full-order forces in the domain
-        is_open = outcome%n_active_full_order(i) == 0 .or. (i_error == i_rid .and. outcome%n_active(i) == 0)
-        errors(i) = merge(0.0_rk, huge(errors), is_open)
+        is_open = outcome%n_active_full_order(i) == 0 .or. (name == 'e_lambda_rid' .and. outcome%n_active(i) == 0)
+        errors(i) = merge(0.0_rk, huge(errors), is_open .and. .not. is_of_field)
       end if
     end do
     errors = pack(errors, outcome%reason_full_order > 0)
   end function counted_errors
 
-  !> Returns a table without a line end at its end: median, p95 and maximum of e_u, e_lambda_rid and e_lambda_all (by
-  !> counted_errors) and of the bounds, where there are any; the number of points without a finite error_bound (if there are any),
-  !> of points with a full-order solution but without an answer, and of points that the fallback answered.
+  !> Returns a table without a line end at its end: median, p95 and maximum (by counted_errors) of the errors of forces, of the
+  !> errors of fields, if the model has the displacements of all nodes, and of the bounds, where there are any; the number of points
+  !> without a finite error_bound (if there are any), of points with a full-order solution but without an answer, and of points that
+  !> the fallback answered.
   pure function validation_table(outcome, verdict) result(text)
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
@@ -109,8 +185,11 @@ contains
     integer :: i
 
     text = repeat(' ', 24) // 'median        95 %          largest' // eol
-    do i = 1, n_shown
-      text = text // row(trim(error_names(i)), counted_errors(outcome, i)) // eol
+    do i = 1, size(force_errors)
+      text = text // row(trim(force_errors(i)), counted_errors(outcome, force_errors(i))) // eol
+    end do
+    do i = 1, merge(size(field_errors), 1, outcome%has_displacements)
+      text = text // row(trim(field_errors(i)), counted_errors(outcome, field_errors(i))) // eol
     end do
     associate (bound => outcome%error_bound, has_bound => is_bound(outcome%error_bound))
       if (any(has_bound)) text = text // row('error_bound', pack(bound, has_bound)) // eol

@@ -87,6 +87,11 @@ def test_page_asks_for_nothing_from_elsewhere(page: str) -> None:
     [
         ({"accepted": True, "verdict": "accepted: p95 is 1e-9"}, "accepted: p95 is 1e-9", "accepted"),
         ({"accepted": False, "verdict": "not accepted: p95 is 0.2"}, "not accepted: p95 is 0.2", "rejected"),
+        (
+            {"accepted": False, "verdict": "v", "forces": "accepted: 1e-9", "fields": "NOT accepted: 0.1"},
+            "forces accepted: 1e-9<br>fields NOT accepted: 0.1</p>",
+            "rejected",
+        ),
         (None, "There is no verdict", "unknown"),
     ],
 )

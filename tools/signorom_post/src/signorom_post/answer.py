@@ -23,6 +23,10 @@ class FreeMotionWarning(UserWarning):
     """No contact force holds a body at the point: its displacement and its gaps are one of many possible."""
 
 
+class InaccurateFieldsWarning(UserWarning):
+    """The displacement of an answer has an error of more than 1 %, in the norm of the stiffness; so have stresses."""
+
+
 class NoAnswerError(Exception):
     """The model has no answer at a point, or cannot give what was asked for."""
 
@@ -139,6 +143,9 @@ class Fields:
     contact_area: FloatArray
     #: name of a field -> its unit
     units: dict[str, str]
+    #: as in Answer: the error of the displacement; that of the stresses is of this size on the average over the part
+    displacement_bound: float | None
+    relative_displacement_bound: float | None
 
 
 @dataclass(frozen=True)

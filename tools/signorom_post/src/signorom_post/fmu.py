@@ -23,7 +23,7 @@ from signorom_post.online import DISPLACEMENT_NONE, Model
 PLATFORM = "x86_64-linux"
 WRAPPER = "libsignorom_fmu.so"
 #: numbers of the kinds of outputs, as src/fmu/unit.h has them
-AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, INSIDE = range(6)
+AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, INSIDE = range(7)
 #: libraries that each Linux has, or that must not be there twice in a process
 OF_THE_SYSTEM = re.compile(
     r"^(linux-vdso|ld-linux|libc|libm|libdl|libpthread|librt|libresolv|libgcc_s|libstdc\+\+)(?=[.-])"
@@ -38,7 +38,7 @@ class Output:
     #: unit of measure; empty: none
     unit: str
     description: str
-    #: one of AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, INSIDE
+    #: one of AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, INSIDE
     kind: int
     #: number of the contact of the deck, or of the node among the chosen nodes, from 0
     entry: int = 0
@@ -50,10 +50,10 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> str:
     """Writes the FMU `output` of a model whose file is `path`; returns why it has no derivatives, empty if it has them.
 
     Its outputs are area, force and moment of each contact of the deck, the displacements of the nodes `tags` (numbers
-    of the mesh file), the relative bound of the error of the contact forces if the model gives one in the middle of its
-    box, and is_inside_box. InputError if a node is unknown, is named twice or has no displacement, or if a library that
-    the FMU needs is missing. NoAnswerError if the model has no answer in the middle of its box. OSError if the model
-    file cannot be read or the FMU cannot be written.
+    of the mesh file), the relative bounds of the errors of contact forces and displacements if the model gives them in
+    the middle of its box, and is_inside_box. InputError if a node is unknown, is named twice or has no displacement, or
+    if a library that the FMU needs is missing. NoAnswerError if the model has no answer in the middle of its box.
+    OSError if the model file cannot be read or the FMU cannot be written.
     """
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
@@ -140,6 +140,9 @@ def outputs_of(model: Model, tags: list[int]) -> list[Output]:
     if answer.relative_bound is not None:
         text = "Certificate: bound of the error of the contact forces, relative, in the norm of their energy"
         outputs.append(Output("relative_bound", "", text, BOUND))
+    if answer.relative_displacement_bound is not None:
+        text = "Certificate: bound of the error of the displacement, relative, in the norm of the stiffness"
+        outputs.append(Output("relative_displacement_bound", "", text, DISPLACEMENT_BOUND))
     outputs.append(Output("is_inside_box", "", "The inputs lie in the trained box", INSIDE))
     return outputs
 

@@ -187,6 +187,11 @@ def text_of(value: bytes | None) -> str:
     return (value or b"").decode("utf-8", "replace")
 
 
+def known(bound: float) -> float | None:
+    """Returns a bound of an answer; None for SIGNOROM_NO_BOUND."""
+    return None if bound < 0 else bound
+
+
 def doubles(array: FloatArray) -> "ctypes._Pointer[c_double]":
     """Returns a pointer to the numbers of a contiguous array, which must live as long as the pointer."""
     return array.ctypes.data_as(_DOUBLES)

@@ -8,7 +8,7 @@ import numpy as np
 
 from signorom_post.answer import Cells, Fields, NoAnswerError
 from signorom_post.arrays import FloatArray
-from signorom_post.library import CSizes, doubles, ints, text_of
+from signorom_post.library import CAnswer, CSizes, doubles, ints, known, text_of
 
 NO_CELLS = "the model keeps no mesh for fields: train it with reduction.fields: true in the deck"
 STRESS_UNIT, AREA_UNIT = 6, 7
@@ -43,12 +43,13 @@ def fields_of(
     sizes: CSizes,
     point: dict[str, float],
     contact_area: FloatArray,
+    told: CAnswer,
 ) -> Fields:
     """Returns the fields of the last answer in the context.
 
     NoAnswerError if the model gives no fields, or if an elastic constant, an imposed strain or Hooke's matrix is not
     finite at the point. `sizes` are those of the model. `point` (name -> value) and `contact_area` (Resultants.areas)
-    are the parameters and the contact areas of this answer.
+    are the parameters and the contact areas of this answer, `told` is what the library said of it.
     """
     n_cells, n_nodes, n_dimensions = _sizes(library, model)[0], sizes.n_nodes, sizes.n_dimensions
     displacement, contact_force = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))
@@ -91,6 +92,8 @@ def fields_of(
         contact_status=contact_status.astype(np.int64),
         contact_area=contact_area,
         units=_units(library, model),
+        displacement_bound=known(told.displacement_bound),
+        relative_displacement_bound=known(told.relative_displacement_bound),
     )
 
 

@@ -27,10 +27,10 @@ from signorom_post.answer import (
 from signorom_post.answers import Answers
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
-from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, text_of
+from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, known, text_of
 from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
-from signorom_post.points import point_of, points_of, range_of, warn_outside, warn_unheld
+from signorom_post.points import point_of, points_of, range_of, warn_inaccurate, warn_outside, warn_unheld
 
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
@@ -232,14 +232,16 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if a body is free.
+        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if a body is free;
+        InaccurateFieldsWarning if the relative_displacement_bound is above 0.01.
         """
         point = point_of(self.parameters, values)
         with self._handles.model() as model, self._handles.context() as context:
             told, multipliers = self._ask(context, point)
             warn_unheld(told.n_free_motions)
+            warn_inaccurate(known(told.relative_displacement_bound))
             area = self.resultants(multipliers).areas
-            return fields_of(self._library, model, context, self._sizes, self._named(point), area)
+            return fields_of(self._library, model, context, self._sizes, self._named(point), area, told)
 
     def query(self, *, nodes: Sequence[int] | IntArray | None = None, **values: float) -> Answer:
         """Returns the answer at a point, a keyword per parameter.
@@ -270,12 +272,10 @@ class Model:
                 distance=told.distance,
                 residual=told.residual,
                 n_solutions=told.n_solutions,
-                bound=None if told.bound < 0 else told.bound,
-                relative_bound=None if told.relative_bound < 0 else told.relative_bound,
-                displacement_bound=None if told.displacement_bound < 0 else told.displacement_bound,
-                relative_displacement_bound=(
-                    None if told.relative_displacement_bound < 0 else told.relative_displacement_bound
-                ),
+                bound=known(told.bound),
+                relative_bound=known(told.relative_bound),
+                displacement_bound=known(told.displacement_bound),
+                relative_displacement_bound=known(told.relative_displacement_bound),
                 n_free_motions=told.n_free_motions,
                 _differentiate=partial(self._gradient, point, indices),
                 _areas=self._areas,

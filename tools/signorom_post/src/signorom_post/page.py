@@ -46,11 +46,17 @@ ERRORS = {
     "e_u": "displacement",
     "e_lambda_rid": "contact forces in the reduced integration domain",
     "e_lambda_all": "contact forces of all contacts",
+    "e_pressure": "contact pressure, of the largest one of the point",
+    "e_u_energy": "displacement in the norm of the stiffness [in the units of the deck]",
+    "e_u_energy_relative": "displacement in the norm of the stiffness, relative",
+    "e_von_mises_largest": "largest von Mises stress",
+    "e_von_mises": "von Mises stress of any cell or node, of the largest one of the point",
     "e_energy": "energy [in the units of the deck]",
     "e_energy_rid": "energy in the reduced integration domain [in the units of the deck]",
     "e_energy_relative": "energy, relative",
     "e_energy_rid_relative": "energy in the reduced integration domain, relative",
     "error_bound": "bound of the error of the contact forces, relative (certificate)",
+    "displacement_bound": "bound of the error of the displacement in the norm of the stiffness, relative (certificate)",
 }
 CAPTIONS = {
     "check_bodies": "Supports, loads and boundaries",
@@ -103,7 +109,10 @@ def _verdict(report: dict[str, Any]) -> str:
             '<p class="verdict unknown">There is no verdict: no model was compared with the full order.</p>'
         )
     kind = "accepted" if validation.get("accepted") is True else "rejected"
-    return f'<p class="verdict {kind}">{escape(value_text(validation["verdict"]))}</p>'
+    # a report of an older version has no sentence for each
+    sentences = [f"{name} {validation[name]}" for name in ("forces", "fields") if name in validation]
+    text = "<br>".join(escape(value_text(line)) for line in sentences or [validation["verdict"]])
+    return f'<p class="verdict {kind}">{text}</p>'
 
 
 def _remarks(report: dict[str, Any]) -> Iterator[str]:

@@ -6,12 +6,16 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from signorom_post.answer import FreeMotionWarning, Parameter
+from signorom_post.answer import FreeMotionWarning, InaccurateFieldsWarning, Parameter
 from signorom_post.arrays import BoolArray, FloatArray
 
 
 class ExtrapolationWarning(UserWarning):
     """A query lies outside of the box in which the model was trained."""
+
+
+#: error of a displacement in the norm of the stiffness above which fields cause a warning, as in predict
+LARGE_ERROR = 0.01
 
 
 def point_of(parameters: Sequence[Parameter], values: Mapping[str, float]) -> FloatArray:
@@ -86,6 +90,20 @@ def warn_unheld(n_free_motions: int) -> None:
             "no contact force holds a body at this point: its displacement and its gaps are one of many possible; "
             "forces and stresses are not affected",
             FreeMotionWarning,
+            stacklevel=3,
+        )
+
+
+def warn_inaccurate(bound: float | None) -> None:
+    """Issues an InaccurateFieldsWarning, which names the line of the caller's caller, if a displacement is inaccurate.
+
+    `bound` is the relative_displacement_bound of an answer.
+    """
+    if bound is not None and bound > LARGE_ERROR:
+        warnings.warn(
+            f"the error of the displacement at this point may be {bound:.2g} in the norm of the stiffness: "
+            "displacements and stresses are not accurate there",
+            InaccurateFieldsWarning,
             stacklevel=3,
         )
 
