@@ -265,8 +265,8 @@ contains
       call log_warning('at ' // place // ' no contact force holds a body that only contact can hold: its displacement and its ' // &
         'gaps are one of many possible')
     end if
-    if (fields%n_inaccurate > 0) call log_warning('the error of the displacement is above ' // &
-      short_number(100 * large_error) // ' % at ' // to_text(fields%n_inaccurate) // ' of ' // &
+    if (fields%n_inaccurate > 0) call log_warning('the error of the displacement may be above ' // &
+      to_text(nint(100 * large_error)) // ' % at ' // to_text(fields%n_inaccurate) // ' of ' // &
       counted(fields%n_written, 'point') // ' with fields: displacements and stresses are not accurate there; the largest ' // &
       'error is ' // bound_text(fields%largest_bound) // ' at ' // format_point(model%parameter_names, fields%worst) // &
       ' (column displacement_bound)')

@@ -274,6 +274,6 @@ contains
     character(:), allocatable :: text
 
     text = 'take more training points, or a larger reduction.max_full_order_size, which leaves room for exact displacements'
-    if (kind == 'hhr' .or. kind == 'interpolated') text = accuracy_advice(kind)
+    if (kind == 'hhr') text = accuracy_advice(kind)
   end function field_advice
 end module sig_accuracy_warnings

@@ -13,13 +13,15 @@ from runs import train_shifted_disks
 POINT = {"squeeze": 0.31, "shift": 0.02}
 # [-] the programs print 12 digits
 PRINTED = 1e-11
+PRINTED_NAMES = ("contact force", "error of the displacement")
 COMPILERS = {"c": ["cc", "-std=c11"], "cpp": ["c++", "-std=c++17"], "f90": ["gfortran", "-std=f2018"]}
 
 
 @pytest.fixture(scope="module")
 def model(signorom, tmp_path_factory):
     """A trained model."""
-    return train_shifted_disks(signorom, tmp_path_factory.mktemp("study"))
+    changes = {"method: hhr": "method: condensed"}
+    return train_shifted_disks(signorom, tmp_path_factory.mktemp("study"), **changes)
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +36,11 @@ def prefix(library, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def force(post, model):
-    """Sum of the contact forces, by the Python interface."""
-    return post.Model(model).query(**POINT).multipliers.sum()
+def told(post, model):
+    """Sum of the contact forces and error of the displacement (-1: not known), by the Python interface."""
+    answer = post.Model(model).query(**POINT)
+    bound = answer.relative_displacement_bound
+    return answer.multipliers.sum(), -1 if bound is None else bound
 
 
 def pkg_config(prefix, *options):
@@ -48,16 +52,16 @@ def pkg_config(prefix, *options):
 
 
 def ask(program, model):
-    """Contact force that a program prints."""
+    """Contact force and error of the displacement that a program prints."""
     command = [program, model, *map(str, POINT.values())]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stdout + done.stderr
-    return float(re.search(r"contact force +(\S+)", done.stdout)[1])
+    return tuple(float(re.search(rf"{name} +(\S+)", done.stdout)[1]) for name in PRINTED_NAMES)
 
 
 @pytest.mark.parametrize("language", COMPILERS)
-def test_pkg_config_is_enough(language, prefix, model, force, tmp_path):
-    """One command compiles a host, which finds the forces of the Python interface."""
+def test_pkg_config_is_enough(language, prefix, model, told, tmp_path):
+    """One command compiles a host, which finds the answer of the Python interface."""
     sources = [SOURCES / f"ask_model.{language}"]
     if language == "f90":
         sources = pkg_config(prefix, "--variable=fortran_source") + sources
@@ -65,15 +69,15 @@ def test_pkg_config_is_enough(language, prefix, model, force, tmp_path):
     folder = pkg_config(prefix, "--variable=libdir")[0]
     command += [*pkg_config(prefix, "--cflags", "--libs"), f"-Wl,-rpath,{folder}", "-o", tmp_path / "ask"]
     subprocess.run(command, check=True, cwd=tmp_path)
-    assert ask(tmp_path / "ask", model) == pytest.approx(force, rel=PRINTED)
+    assert ask(tmp_path / "ask", model) == pytest.approx(told, rel=PRINTED)
 
 
-def test_find_package_serves_c_cpp_and_fortran(prefix, model, force, tmp_path):
+def test_find_package_serves_c_cpp_and_fortran(prefix, model, told, tmp_path):
     command = ["cmake", "-G", "Ninja", "-S", SOURCES, "-B", tmp_path, f"-DCMAKE_PREFIX_PATH={prefix}"]
     subprocess.run(command, check=True, capture_output=True)
     subprocess.run(["cmake", "--build", tmp_path], check=True, capture_output=True)
     for language in ("c", "cpp", "f"):
-        assert ask(tmp_path / f"ask_model_{language}", model) == pytest.approx(force, rel=PRINTED)
+        assert ask(tmp_path / f"ask_model_{language}", model) == pytest.approx(told, rel=PRINTED)
 
 
 def test_older_version_is_refused_by_cmake(prefix, tmp_path):

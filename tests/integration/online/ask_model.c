@@ -26,6 +26,7 @@ static void print_answer(const signorom_model *model, const signorom_sizes *size
          answer->is_inside_box ? "" : ", outside the trained box");
   printf("contact force %.12g %s on %d of %d pairs\n", sum, signorom_text(model, SIGNOROM_TEXT_FORCE_UNIT), n_active,
          sizes->n_contacts);
+  printf("error of the displacement %.12g\n", answer->relative_displacement_bound);
   if (answer->n_solutions > 1) printf("the reduced problem has several solutions here: the forces are less reliable\n");
 }
 

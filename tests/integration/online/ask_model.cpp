@@ -40,6 +40,7 @@ int main(int argc, char **argv) {
       signorom_get_multipliers(context.get(), forces.data()) != SIGNOROM_OK)
     return fail(signorom_message(context.get()));
   std::cout << "signorom " << signorom_version() << ": contact force " << std::setprecision(12)
-            << std::accumulate(forces.begin(), forces.end(), 0.0) << '\n';
+            << std::accumulate(forces.begin(), forces.end(), 0.0) << '\n'
+            << "error of the displacement " << answer.relative_displacement_bound << '\n';
   return 0;
 }

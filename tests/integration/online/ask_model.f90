@@ -29,6 +29,7 @@ program ask_model
   if (signorom_query(context, point, answer) /= SIGNOROM_OK) call fail(signorom_message(context))
   if (signorom_get_multipliers(context, forces) /= SIGNOROM_OK) call fail(signorom_message(context))
   print '("signorom ", a, ": contact force ", es19.12)', signorom_string(signorom_version()), sum(forces)
+  print '("error of the displacement ", es19.12)', answer%relative_displacement_bound
   call signorom_free_context(context)
   call signorom_close(model)
 
