@@ -72,7 +72,8 @@ def test_models_are_accepted(said):
     outputs, _ = said
     for command, text in outputs.items():
         if " run " in command:
-            assert "accepted: p95 of e_lambda_all is" in text
+            assert "forces accepted: p95 of e_lambda_all is" in text
+            assert "fields accepted: p95 of e_u_energy_relative is" in text
 
 
 def test_words_of_the_tutorial_are_said(said):
