@@ -66,8 +66,8 @@ typedef enum {
   SIGNOROM_TEXT_STRESS_UNIT = 6, /* unit of stresses and pressures; empty where the model keeps no mesh */
   SIGNOROM_TEXT_AREA_UNIT = 7,   /* unit of contact areas; empty where the model keeps no mesh */
   SIGNOROM_TEXT_KIND = 8,        /* kind of the reduced model: condensed, interpolated, tied or hhr */
-  SIGNOROM_TEXT_VERDICT = 9      /* verdict of the validation; begins with "NOT accepted" if the model is not good
-                                    enough; empty before a validation */
+  SIGNOROM_TEXT_VERDICT = 9      /* verdict of the validation on forces and fields; begins with "NOT accepted" if the
+                                    model is not good enough; empty before a validation */
 } signorom_text_kind;
 
 /* Where the displacement of a node comes from. */
