@@ -23,8 +23,8 @@ module sig_changed_basis
 
 contains
 
-  !> Whether the integral of some shape function over the reference element is zero or negative. This is so for T6, Q8, T10 and
-  !> H20, and for no other row of element_types.
+  !> Whether the integral of some shape function over the reference element is zero or negative. Of the facets, this is so for T6
+  !> and Q8 only.
   pure logical function has_weak_corners(i_type)
     !> row of element_types
     integer, intent(in) :: i_type

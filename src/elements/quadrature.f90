@@ -10,10 +10,13 @@ module sig_quadrature
 contains
 
   !> Computes the integration points and weights of an element type: 3 points for a T3 and 4 for a Q4 as in section 5 of the paper,
-  !> 4 for a T4, 8 for an H8, 2 for a line, 1 for a point.
+  !> 4 for a T4, 8 for an H8 and a P5, 6 for a W6, 2 for a line, 1 for a point.
   !>
   !> Quadratic elements have more points, because they can be curved: 7 for triangles, 14 for tetrahedra, 3 per direction for lines,
-  !> quadrilaterals and hexahedra. These rules are exact for polynomials of degree 5.
+  !> quadrilaterals and hexahedra, 21 for prisms, 27 for pyramids. These rules are exact for polynomials of degree 5.
+  !>
+  !> Constant stresses give exact forces on all elements, however distorted or curved: the rules of pyramids are exact for what the
+  !> ratio in their shape functions leaves, polynomials of degree 3 (linear) or 5 in xi/(1 - zeta) and eta/(1 - zeta).
   pure subroutine quadrature_rule(i_type, points, weights)
     !> row of element_types
     integer, intent(in) :: i_type
@@ -21,22 +24,114 @@ contains
     real(rk), allocatable, intent(out) :: points(:, :)
     !> [-] shape (n_points), sum = volume of the reference element
     real(rk), allocatable, intent(out) :: weights(:)
-    real(rk), parameter :: end_point = sqrt(0.6_rk)
 
-    associate (element => element_types(i_type))
-      if (element%n_corners == 2**element%n_dim .and. element%order == 1) then
-        call gauss_points(element%n_dim, [-1, 1] / sqrt(3.0_rk), [1.0_rk, 1.0_rk], points, weights)
-      else if (element%n_corners == 2**element%n_dim) then
-        call gauss_points(element%n_dim, [-end_point, 0.0_rk, end_point], [real(rk) :: 5, 8, 5] / 9, points, weights)
-      else if (element%order == 1) then
-        call simplex_points(element%n_dim, element%reference_volume, points, weights)
-      else if (element%n_dim == 2) then
-        call seven_points(points, weights)
+    associate (n_dim => element_types(i_type)%n_dim, n_corners => element_types(i_type)%n_corners, &
+               order => element_types(i_type)%order)
+      if (n_corners == 2**n_dim) then
+        call box_points(n_dim, order, points, weights)
+      else if (n_corners == n_dim + 1) then
+        call simplex_points(n_dim, order, points, weights)
+      else if (n_corners == 6) then
+        call prism_points(order, points, weights)
       else
-        call fourteen_points(points, weights)
+        call pyramid_points(order, points, weights)
       end if
     end associate
   end subroutine quadrature_rule
+
+  !> Computes a rule on [-1, 1] in each direction with order + 1 points per direction, exact to degree 2 order + 1 in each.
+  pure subroutine box_points(n_dim, order, points, weights)
+    integer, intent(in) :: n_dim
+    !> 1 or 2
+    integer, intent(in) :: order
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+    real(rk), parameter :: end_point = sqrt(0.6_rk)
+
+    if (order == 1) then
+      call gauss_points(n_dim, [-1, 1] / sqrt(3.0_rk), [1.0_rk, 1.0_rk], points, weights)
+    else
+      call gauss_points(n_dim, [-end_point, 0.0_rk, end_point], [real(rk) :: 5, 8, 5] / 9, points, weights)
+    end if
+  end subroutine box_points
+
+  !> Computes a rule on a triangle or a tetrahedron, exact to degree 2 (order 1) or 5 (order 2).
+  pure subroutine simplex_points(n_dim, order, points, weights)
+    !> 2 or 3
+    integer, intent(in) :: n_dim
+    !> 1 or 2
+    integer, intent(in) :: order
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+
+    if (order == 1) then
+      call one_point_per_corner(n_dim, points, weights)
+    else if (n_dim == 2) then
+      call seven_points(points, weights)
+    else
+      call fourteen_points(points, weights)
+    end if
+  end subroutine simplex_points
+
+  !> Computes the product of the rules of a triangle and a line. The points of the triangle vary fastest.
+  pure subroutine prism_points(order, points, weights)
+    integer, intent(in) :: order
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+    real(rk), allocatable :: plane(:, :), plane_weights(:), line(:, :), line_weights(:)
+    integer :: i, n
+
+    call simplex_points(2, order, plane, plane_weights)
+    call box_points(1, order, line, line_weights)
+    n = size(plane_weights)
+    allocate (points(3, n * size(line_weights)), weights(n * size(line_weights)))
+    do i = 1, size(line_weights)
+      points(:2, (i - 1) * n + 1:i * n) = plane
+      points(3, (i - 1) * n + 1:i * n) = line(1, i)
+      weights((i - 1) * n + 1:i * n) = plane_weights * line_weights(i)
+    end do
+  end subroutine prism_points
+
+  !> Computes a rule on a pyramid: that of a square in xi/s and eta/s, and one of Gauss and Jacobi for the weight s**2 in s = 1 -
+  !> zeta. It is exact for polynomials of degree 2 order + 1.
+  pure subroutine pyramid_points(order, points, weights)
+    integer, intent(in) :: order
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+    real(rk), parameter :: two(2) = 2.0_rk / 3 + [-1, 1] * sqrt(2 / 45.0_rk), &
+      of_two(2) = 1.0_rk / 6 + [-1, 1] * sqrt(10.0_rk) / 48
+    !> zeros of s**3 - 15/8 s**2 + 15/14 s - 5/28, and weights whose moments are 1/3, 1/4 and 1/5
+    real(rk), parameter :: three(3) = [0.294997790111501616877601522416_rk, 0.652996233961648115278236456597_rk, &
+      0.927005975926850267844162020988_rk], of_three(3) = [0.0299507030085806980114764907559_rk, &
+      0.146246269259866022003512020364_rk, 0.157136361064886613318344822213_rk]
+
+    if (order == 1) then
+      call shrink_square(order, two, of_two, points, weights)
+    else
+      call shrink_square(order, three, of_three, points, weights)
+    end if
+  end subroutine pyramid_points
+
+  !> Computes the points of a square at several distances from the apex of a pyramid.
+  pure subroutine shrink_square(order, distances, distance_weights, points, weights)
+    integer, intent(in) :: order
+    !> [-] s = 1 - zeta, and the weights for integrals of s**2 f(s) over [0, 1]
+    real(rk), intent(in) :: distances(:)
+    real(rk), intent(in) :: distance_weights(:)
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+    real(rk), allocatable :: square(:, :), square_weights(:)
+    integer :: i, n
+
+    call box_points(2, order, square, square_weights)
+    n = size(square_weights)
+    allocate (points(3, n * size(distances)), weights(n * size(distances)))
+    do i = 1, size(distances)
+      points(:2, (i - 1) * n + 1:i * n) = distances(i) * square
+      points(3, (i - 1) * n + 1:i * n) = 1 - distances(i)
+      weights((i - 1) * n + 1:i * n) = square_weights * distance_weights(i)
+    end do
+  end subroutine shrink_square
 
   !> Computes the tensor product of a Gauss rule on [-1, 1]. The first coordinate varies fastest. For n_dim = 0 it is one point with
   !> the weight 1.
@@ -64,11 +159,9 @@ contains
 
   !> Computes a rule with one point near each corner and equal weights, exact for polynomials of degree 2. The barycentric
   !> coordinates of a point are 1/6 and 2/3 in a triangle, and (5 - sqrt 5)/20 and (5 + 3 sqrt 5)/20 in a tetrahedron.
-  pure subroutine simplex_points(n_dim, volume, points, weights)
+  pure subroutine one_point_per_corner(n_dim, points, weights)
     !> 2 or 3
     integer, intent(in) :: n_dim
-    !> [-] of the reference element
-    real(rk), intent(in) :: volume
     real(rk), allocatable, intent(out) :: points(:, :)
     real(rk), allocatable, intent(out) :: weights(:)
     real(rk) :: far
@@ -76,8 +169,8 @@ contains
     far = 1.0_rk / 6
     if (n_dim == 3) far = (5 - sqrt(5.0_rk)) / 20
     points = corner_points(n_dim, far)
-    allocate (weights(n_dim + 1), source=volume / (n_dim + 1))
-  end subroutine simplex_points
+    allocate (weights(n_dim + 1), source=1.0_rk / (merge(2, 6, n_dim == 2) * (n_dim + 1)))
+  end subroutine one_point_per_corner
 
   !> Computes a rule of degree 5 on a triangle. Source: J. Radon, Monatsh. Math. Phys. 52 (1948) 286.
   pure subroutine seven_points(points, weights)

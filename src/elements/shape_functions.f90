@@ -171,27 +171,64 @@ contains
     end associate
   end function corners_of_node
 
-  !> Returns the values of the element's monomials at a point, or their derivatives with respect to one reference coordinate.
+  !> Returns the values of the element's monomials at a point, or their derivatives with respect to one reference coordinate. At the
+  !> apex of a pyramid the derivatives are those along its axis.
   pure function monomial_values(element, point, derivative) result(values)
     type(element_type_t), intent(in) :: element
     real(rk), intent(in) :: point(:)
     !> number of this coordinate, 1-based; 0 = the values
     integer, intent(in) :: derivative
     real(rk) :: values(element%n_nodes)
-    integer :: i_dim, i_monomial, power
+    real(rk) :: ratio, slope
+    integer :: i
 
-    values = 1
-    do i_monomial = 1, element%n_nodes
-      do i_dim = 1, element%n_dim
-        power = element%monomials(i_dim, i_monomial)
-        if (i_dim /= derivative) then
-          values(i_monomial) = values(i_monomial) * point(i_dim)**power
-        else if (power == 0) then
-          values(i_monomial) = 0
-        else
-          values(i_monomial) = values(i_monomial) * power * point(i_dim)**(power - 1)
-        end if
-      end do
+    ratio = 1
+    slope = 0
+    if (any(element%ratio_powers > 0)) call find_ratio(point, derivative, ratio, slope)
+    do i = 1, element%n_nodes
+      associate (powers => element%monomials(:element%n_dim, i), ratio_power => element%ratio_powers(i))
+        values(i) = monomial(point, powers, derivative) * ratio**ratio_power
+        if (derivative > 0 .and. ratio_power > 0) &
+          values(i) = values(i) + monomial(point, powers, 0) * ratio_power * ratio**(ratio_power - 1) * slope
+      end associate
     end do
   end function monomial_values
+
+  !> Returns the product of powers of the coordinates, or its derivative with respect to one of them.
+  pure real(rk) function monomial(point, powers, derivative) result(value)
+    real(rk), intent(in) :: point(:)
+    integer, intent(in) :: powers(:)
+    !> number of this coordinate, 1-based; 0 = the value
+    integer, intent(in) :: derivative
+    integer :: i_dim
+
+    value = 1
+    do i_dim = 1, size(powers)
+      if (i_dim /= derivative) then
+        value = value * point(i_dim)**powers(i_dim)
+      else if (powers(i_dim) == 0) then
+        value = 0
+      else
+        value = value * powers(i_dim) * point(i_dim)**(powers(i_dim) - 1)
+      end if
+    end do
+  end function monomial
+
+  !> Computes the ratio w = xi eta / (1 - zeta) of a pyramid and its derivative with respect to one coordinate. On the axis both are
+  !> 0, at the apex, too, where the derivative depends on the direction from which one comes.
+  pure subroutine find_ratio(point, derivative, ratio, slope)
+    !> [-] shape (3)
+    real(rk), intent(in) :: point(:)
+    !> number of the coordinate, 1-based; 0: slope is 0
+    integer, intent(in) :: derivative
+    real(rk), intent(out) :: ratio
+    real(rk), intent(out) :: slope
+    real(rk) :: place(2), slopes(0:3)
+
+    place = 0
+    if (abs(1 - point(3)) > 0) place = point(:2) / (1 - point(3))
+    ratio = place(1) * place(2) * (1 - point(3))
+    slopes = [0.0_rk, place(2), place(1), place(1) * place(2)]
+    slope = slopes(derivative)
+  end subroutine find_ratio
 end module sig_shape_functions

@@ -244,14 +244,14 @@ static bool scan_type(sig_scanner *s, const sig_gmsh_element_type **type) {
   *type = sig_gmsh_find_type(number);
   if (*type == NULL)
     return sig_scan_fail(s, at,
-                         "elements of gmsh type %lld are not supported; triangles, quadrilaterals, tetrahedra and "
-                         "hexahedra of the first and the second order are supported",
+                         "elements of gmsh type %lld are not supported; lines, triangles, quadrilaterals, tetrahedra, "
+                         "hexahedra, prisms and pyramids of the first and the second order are supported",
                          (long long)number);
   if (!(*type)->is_supported)
     return sig_scan_fail(
         s, at,
-        "the mesh has a %s, which is not supported; supported are triangles, quadrilaterals, tetrahedra and "
-        "hexahedra of the first and the second order%s",
+        "the mesh has a %s, which is not supported; supported are lines, triangles, quadrilaterals, tetrahedra, "
+        "hexahedra, prisms and pyramids of the first and the second order%s",
         (*type)->name, number > 20 ? " (set Mesh.ElementOrder = 2)" : "");
   return true;
 }

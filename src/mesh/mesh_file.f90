@@ -128,18 +128,24 @@ contains
   end subroutine copy_mesh
 
   !> Gives the groups without a name one of their dimension and number: `volume_55`, `surface_57`, `curve_3`, `point_2`. An entity
-  !> beside physical groups of the same dimension gets `surface_entity_57`, because these have numbers of their own.
+  !> beside elements in physical groups of the same dimension gets `surface_entity_57`, because these have numbers of their own.
   pure subroutine name_groups(raw)
     type(raw_mesh_t), intent(inout) :: raw
     character(*), parameter :: nouns(0:3) = [character(7) :: 'point', 'curve', 'surface', 'volume']
     character(:), allocatable :: noun
+    logical :: has_physical(0:3)
     integer :: i
 
+    has_physical = .false.
+    do i = 1, size(raw%member_groups)
+      associate (group => raw%member_groups(i))
+        if (raw%group_kinds(group) /= kind_entity) has_physical(raw%group_dims(group)) = .true.
+      end associate
+    end do
     do i = 1, raw%n_groups
       if (raw%group_kinds(i) == kind_named) cycle
       noun = trim(nouns(raw%group_dims(i)))
-      if (raw%group_kinds(i) == kind_entity .and. any(raw%group_dims == raw%group_dims(i) .and. raw%group_kinds /= kind_entity)) &
-        noun = noun // '_entity'
+      if (raw%group_kinds(i) == kind_entity .and. has_physical(raw%group_dims(i))) noun = noun // '_entity'
       raw%group_names(i)%text = noun // '_' // to_text(raw%group_tags(i))
     end do
   end subroutine name_groups

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes the cells of a mesh into an HDF5 file, in the types and node order that viewers expect.
 module sig_field_topology
-  use sig_element_types, only: element_types
+  use sig_element_types, only: element_types, n_output_nodes
   use sig_hdf5_writer, only: h5_writer_t
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_xdmf, only: xdmf_mesh_t
@@ -27,7 +27,7 @@ contains
     if (mesh%n_cells == 0) return
     if (all(mesh%cell_types == mesh%cell_types(1))) then
       described%cell_type = element_types(mesh%cell_types(1))%xdmf_type
-      described%n_cell_nodes = element_types(mesh%cell_types(1))%n_nodes
+      described%n_cell_nodes = n_output_nodes(mesh%cell_types(1))
       allocate (uniform(described%n_cell_nodes, mesh%n_cells))
       do i_cell = 1, mesh%n_cells
         uniform(:, i_cell) = output_nodes(mesh, i_cell)
@@ -52,7 +52,7 @@ contains
     n_entries = 0
     do i_cell = 1, mesh%n_cells
       xdmf_type = element_types(mesh%cell_types(i_cell))%xdmf_type
-      n = mesh%cell_offsets(i_cell + 1) - mesh%cell_offsets(i_cell)
+      n = n_output_nodes(mesh%cell_types(i_cell))
       n_entries = n_entries + 1
       buffer(n_entries) = xdmf_type
       if (xdmf_type <= 2) then
@@ -65,13 +65,13 @@ contains
     topology = buffer(:n_entries)
   end function mixed_topology
 
-  !> Returns the nodes of a cell, counted from 0, in VTK's order.
+  !> Returns the nodes of a cell, counted from 0, in VTK's order (n_output_nodes).
   pure function output_nodes(mesh, i_cell) result(nodes)
     type(mesh_t), intent(in) :: mesh
     integer, intent(in) :: i_cell
     integer, allocatable :: nodes(:)
 
     nodes = nodes_of_cell(mesh, i_cell) - 1
-    nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:size(nodes)))
+    nodes = nodes(element_types(mesh%cell_types(i_cell))%output_order(:n_output_nodes(mesh%cell_types(i_cell))))
   end function output_nodes
 end module sig_field_topology

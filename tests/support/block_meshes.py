@@ -6,9 +6,10 @@ import itertools
 import numpy as np
 
 GMSH_TYPES = {"P1": 15, "L2": 1, "T3": 2, "Q4": 3, "T4": 4, "H8": 5}
+GMSH_TYPES |= {"W6": 6, "P5": 7, "W15": 18, "W18": 13, "P13": 19, "P14": 14}
 GMSH_TYPES |= {"L3": 8, "T6": 9, "Q8": 16, "Q9": 10, "T10": 11, "H20": 17, "H27": 12}
 DIMENSIONS = {"P1": 0, "L2": 1, "L3": 1, "T3": 2, "Q4": 2, "T6": 2, "Q8": 2, "Q9": 2}
-DIMENSIONS |= {"T4": 3, "H8": 3, "T10": 3, "H20": 3, "H27": 3}
+DIMENSIONS |= dict.fromkeys(("T4", "H8", "T10", "H20", "H27", "W6", "W15", "W18", "P5", "P13", "P14"), 3)
 # Corners (0-based) in whose middle the further nodes sit, in gmsh's order.
 MIDDLES = {"L3": [(0, 1)], "T6": [(0, 1), (1, 2), (0, 2)], "Q8": [(0, 1), (1, 2), (2, 3), (0, 3)]}
 MIDDLES["Q9"] = [*MIDDLES["Q8"], (0, 1, 2, 3)]
@@ -29,6 +30,12 @@ MIDDLES["H20"] = [
 ]
 FACES = [(0, 1, 2, 3), (0, 1, 4, 5), (0, 3, 4, 7), (1, 2, 5, 6), (2, 3, 6, 7), (4, 5, 6, 7)]
 MIDDLES["H27"] = [*MIDDLES["H20"], *FACES, tuple(range(8))]
+MIDDLES["W15"] = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 4), (2, 5), (3, 4), (3, 5), (4, 5)]
+MIDDLES["W18"] = [*MIDDLES["W15"], (0, 1, 3, 4), (0, 2, 3, 5), (1, 2, 4, 5)]
+MIDDLES["P13"] = [(0, 1), (0, 3), (0, 4), (1, 2), (1, 4), (2, 3), (2, 4), (3, 4)]
+MIDDLES["P14"] = [*MIDDLES["P13"], (0, 1, 2, 3)]
+# All solid elements in one block, by their numbers of nodes.
+SOLIDS, SOLIDS_WITHOUT, SOLIDS_WITH = "T4 P5 W6 H8", "T10 P13 W15 H20", "T10 P14 W18 H27"
 # By the element that fills the mesh: what its linear elements become.
 QUADRATIC = {
     "T6": {"L2": "L3", "T3": "T6"},
@@ -38,8 +45,15 @@ QUADRATIC = {
     "T10": {"L2": "L3", "T3": "T6", "T4": "T10"},
     "H20": {"L2": "L3", "Q4": "Q8", "H8": "H20"},
     "H27": {"L2": "L3", "Q4": "Q9", "H8": "H27"},
+    "W15": {"L2": "L3", "T3": "T6", "Q4": "Q8", "W6": "W15"},
+    "W18": {"L2": "L3", "T3": "T6", "Q4": "Q9", "W6": "W18"},
+    "P13": {"L2": "L3", "T3": "T6", "Q4": "Q8", "P5": "P13"},
+    "P14": {"L2": "L3", "T3": "T6", "Q4": "Q9", "P5": "P14"},
+    SOLIDS_WITHOUT: {"T3": "T6", "Q4": "Q8", "T4": "T10", "P5": "P13", "W6": "W15", "H8": "H20"},
+    SOLIDS_WITH: {"T3": "T6", "Q4": "Q9", "T4": "T10", "P5": "P14", "W6": "W18", "H8": "H27"},
 }
 LINEAR = {"T6": "T3", "Q8": "Q4", "Q9": "Q4", "T6 and Q8": "mixed", "T10": "T4", "H20": "H8", "H27": "H8"}
+LINEAR |= {"W15": "W6", "W18": "W6", "P13": "P5", "P14": "P5", SOLIDS_WITHOUT: SOLIDS, SOLIDS_WITH: SOLIDS}
 # Corners of a box by their 0/1 steps, in gmsh's order.
 BOX = {1: [(0,), (1,)], 2: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 BOX[3] = [(*corner, 0) for corner in BOX[2]] + [(*corner, 1) for corner in BOX[2]]
@@ -59,13 +73,41 @@ def simplices(n_dim):
         yield corners
 
 
-def split(element, n_dim, position):
-    """Yields (type, corners as 0/1 steps) of each element of the box at `position` of the grid.
+def has_triangles(element, position, axis):
+    """Whether the faces across an axis of the box at `position` are divided into triangles.
 
-    `element` is the linear element of the mesh, or `mixed` for T3 and Q4 in turn.
+    Prisms stand upright: their triangles are below and above. Of all solids together, every other column has triangles
+    below and above.
+    """
+    if element == SOLIDS:
+        return axis == 2 and sum(position[:2]) % 2 == 1
+    return element == "T4" or (element == "W6" and axis == 2)
+
+
+def around_middle(element, position):
+    """Yields the pyramids and tetrahedra on the faces of a box, with an apex in its middle."""
+    for axis in range(3):
+        for side in range(2):
+            for name, corners in split("T4" if has_triangles(element, position, axis) else "H8", 2, position):
+                base = [(*c[:axis], side, *c[axis:]) for c in corners]
+                yield {"T3": "T4", "Q4": "P5"}[name], [*base, (0.5, 0.5, 0.5)]
+
+
+def split(element, n_dim, position):
+    """Yields (type, corners as 0/1 steps) of each element of the box at `position` of the grid; 0.5 is its middle.
+
+    `element` is the linear element of the mesh, `mixed` for T3 and Q4 in turn, or SOLIDS: columns of hexahedra and of
+    prisms in turn, in which every other box has pyramids and tetrahedra.
     """
     name = {"mixed": ("T3", "Q4")[sum(position) % 2]}.get(element, element)
-    if name in ("Q4", "H8") or n_dim == 1:
+    if name == SOLIDS and n_dim == 3:
+        name = "P5" if position[2] % 2 == 1 else ("H8", "W6")[sum(position[:2]) % 2]
+    if name == "P5" and n_dim == 3:
+        yield from around_middle(element, position)
+    elif name == "W6" and n_dim == 3:
+        for corners in simplices(2):
+            yield "W6", [(*corner, height) for height in (0, 1) for corner in corners]
+    elif name in ("Q4", "H8") or n_dim == 1:
         yield {1: "L2", 2: "Q4", 3: "H8"}[n_dim], BOX[n_dim]
     else:
         for corners in simplices(n_dim):
@@ -100,13 +142,26 @@ class Mesh:
         def number(index):
             return first + int(np.ravel_multi_index(tuple(index), counts))
 
+        def corner_of(position, corner):
+            if 0.5 not in corner:
+                return number(np.add(position, corner))
+            if position not in middles:
+                own = [number(np.add(position, steps)) for steps in BOX[n_dim]]
+                middles[position] = len(self.coordinates)
+                self.coordinates = np.vstack([self.coordinates, self.coordinates[own].mean(axis=0)])
+            return middles[position]
+
+        middles = {}
         for position in np.ndindex(*(n - 1 for n in counts)):
             for name, corners in split(element, n_dim, position):
-                self.elements.append((name, region, [number(np.add(position, corner)) for corner in corners]))
+                self.elements.append((name, region, [corner_of(position, corner) for corner in corners]))
         for (axis, side), face in faces.items():
             others = [i for i in range(n_dim) if i != axis]
             for position in np.ndindex(*(counts[i] - 1 for i in others)):
-                for name, corners in split(element if n_dim == 3 else "L2", n_dim - 1, position):
+                kind = "L2"
+                if n_dim == 3:
+                    kind = "T4" if has_triangles(element, position, axis) else "H8"
+                for name, corners in split(kind, n_dim - 1, position):
                     nodes = []
                     for corner in corners:
                         index = np.full(n_dim, side * (counts[axis] - 1))

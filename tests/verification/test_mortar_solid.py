@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
+from block_meshes import LINEAR, QUADRATIC, SOLIDS, Mesh, consistent_areas
 from runs import read_fields, write_deck_with
 from spread import spread
 
@@ -114,6 +114,8 @@ def solve_patch(signorom, folder, mesh, first, solver="condensed", n_ranks=1):
         (("T4", "H8"), ((2, 2), (7, 8))),
         (("H8", "H8"), ((3, 2), (11, 7))),
         (("T4", "T4"), ((3, 3), (5, 4))),
+        (("W6", "P5"), ((3, 2), (4, 5))),
+        ((SOLIDS, SOLIDS), ((4, 3), (3, 5))),
     ],
 )
 def test_uniform_pressure(signorom, tmp_path, figures, elements, sizes, first):

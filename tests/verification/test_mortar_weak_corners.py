@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from block_meshes import LINEAR, QUADRATIC, Mesh
+from block_meshes import LINEAR, QUADRATIC, SOLIDS_WITH, SOLIDS_WITHOUT, Mesh
 from program import find_program
 from runs import read_fields, read_snapshots, read_table
 from spread import spread
@@ -35,6 +35,10 @@ PAIRS = [
     (("T10", "H8"), ((2, 3), (7, 8))),
     (("T4", "H20"), ((5, 4), (2, 2))),
     (("T10", "H27"), ((3, 2), (4, 4))),
+    (("W15", "P13"), ((4, 3), (2, 2))),
+    (("W18", "P14"), ((2, 2), (3, 4))),
+    ((SOLIDS_WITHOUT, "T10"), ((3, 2), (2, 3))),
+    ((SOLIDS_WITH, SOLIDS_WITHOUT), ((2, 3), (3, 2))),
 ]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from block_meshes import QUADRATIC, consistent_areas, stacked_blocks
+from block_meshes import QUADRATIC, SOLIDS, consistent_areas, stacked_blocks
 from runs import read_fields, write_deck_with
 from spread import spread
 
@@ -21,7 +21,7 @@ CASES = [
     (model, element)
     for model in ("plane_strain", "plane_stress", "axisymmetric")
     for element in ("T3", "Q4", "mixed", "T6", "Q8", "Q9", "T6 and Q8")
-] + [("solid", "T4"), ("solid", "H8"), ("solid", "H27")]
+] + [("solid", element) for element in ("T4", "H8", "H27", "W6", "P5", "P14", SOLIDS)]
 # Order of the components in fields.h5, VTK's; zz is the hoop stress in axisymmetry.
 STRESS = ["xx", "yy", "zz", "xy", "yz", "xz"]
 AXES = {"axisymmetric": "rz", "solid": "xyz"}
@@ -124,6 +124,7 @@ OTHER_CASES = [
     ("solid", "H8"),
     ("plane_strain", "T6 and Q8"),
     ("solid", "H27"),
+    ("solid", SOLIDS),
 ]
 
 
@@ -149,12 +150,14 @@ def test_other_solvers_and_ranks(signorom, tmp_path, case, solver_and_ranks):
 
 # Node orders that turn an element inside out.
 INSIDE_OUT = {"T3": [0, 2, 1], "Q4": [0, 3, 2, 1], "T4": [0, 2, 1, 3], "H8": [0, 3, 2, 1, 4, 7, 6, 5]}
+INSIDE_OUT |= {"W6": [0, 2, 1, 3, 5, 4], "P5": [0, 3, 2, 1, 4]}
+SOLID = ("T4", "H8", "W6", "P5")
 
 
 @pytest.mark.parametrize("element", INSIDE_OUT)
 def test_inverted_cells_are_turned(signorom, tmp_path, figures, element):
     """Every other cell written inside out: the same uniaxial stress."""
-    model = "solid" if element in ("T4", "H8") else "plane_strain"
+    model = "solid" if element in SOLID else "plane_strain"
     mesh = stacked_blocks(element, 3 if model == "solid" else 2)
     regions = ("lower", "upper")
     mesh.elements = [
@@ -174,7 +177,7 @@ def test_inverted_cells_are_turned(signorom, tmp_path, figures, element):
 @pytest.mark.parametrize("element", INSIDE_OUT)
 def test_flat_cell_is_named(signorom, tmp_path, element):
     """A cell whose nodes lie in one line or plane: its region, its number in gmsh and its quality."""
-    n_dim = 3 if element in ("T4", "H8") else 2
+    n_dim = 3 if element in SOLID else 2
     mesh = stacked_blocks(element, n_dim, moved=0.0)
     i_cell = next(i for i, (_, name, _) in enumerate(mesh.elements) if name == "upper")
     nodes = mesh.elements[i_cell][2]

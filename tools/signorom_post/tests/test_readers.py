@@ -123,6 +123,36 @@ def test_tetrahedra_are_three_dimensional(tmp_path: Path) -> None:
     assert read_fields(path).mesh.n_dim == 3
 
 
+@pytest.mark.parametrize("is_quadratic", [False, True])
+def test_hexahedron_prism_and_pyramid(tmp_path: Path, is_quadratic: bool) -> None:
+    """A roof and a bay on a cube: 6 - 2 faces of the cube, 4 of each of the others, and their areas close the body.
+
+    Types 9, 7 and 8, or 48, 39 and 40 with further nodes, of which pictures take none.
+    """
+    cells = [[9, 0, 1, 2, 3, 4, 5, 6, 7], [7, 4, 5, 6, 7, 8], [8, 1, 9, 2, 5, 10, 6]]
+    if is_quadratic:
+        more = {9: (48, 12), 7: (39, 8), 8: (40, 9)}
+        cells = [[more[cell[0]][0], *cell[1:], *[0] * more[cell[0]][1]] for cell in cells]
+    square = [[0, 0], [1, 0], [1, 1], [0, 1.0]]
+    path = tmp_path / "fields.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs.update(FORMAT)
+        places = [[*corner, z] for z in (0, 1) for corner in square]
+        file["mesh/coordinates"] = [*places, [0.5, 0.5, 2], [2, 0.5, 0], [2, 0.5, 1.0]]
+        file["mesh/topology"] = [number for cell in cells for number in cell]
+    mesh = read_fields(path).mesh
+    faces = mesh.outer_faces
+    assert sorted(faces.n_corners.tolist()) == [3] * 6 + [4] * 6
+    corners = mesh.coordinates[faces.nodes]
+    areas = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    np.testing.assert_allclose(areas.sum(axis=0), 0.0, atol=1e-14)
+    # divergence theorem: volume 1 + 1/3 + 1/2
+    volume = sum(
+        np.dot(np.cross(x[0], x[1]), x[2]) / 6 for nodes in faces.triangles for x in [mesh.coordinates[nodes]]
+    )
+    assert volume == pytest.approx(1 + 1 / 3 + 1 / 2)
+
+
 def test_snapshots_are_read(results: Results, disks: HalfDisks) -> None:
     snapshots = results.snapshots
     np.testing.assert_array_equal(snapshots.parameters[:, 0], TRAINING)

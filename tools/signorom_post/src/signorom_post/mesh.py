@@ -11,6 +11,8 @@ from signorom_post.arrays import FloatArray, IntArray
 #: number of corners of a solid cell -> corners of each of its faces
 CELL_FACES = {
     4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    5: ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+    6: ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
     8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
 
@@ -46,7 +48,7 @@ class Mesh:
 
     #: coordinates of the nodes [unit], shape (n_nodes, 3), also in the plane
     coordinates: FloatArray
-    #: nodes of each cell: of a plane cell in the order around it, of a solid cell its 4 or 8 corners only
+    #: nodes of each cell: of a plane cell in the order around it, of a solid cell its 4, 5, 6 or 8 corners only
     cells: list[IntArray]
     #: dimension of the cells: 2 or 3
     n_dim: int

@@ -11,9 +11,12 @@ from signorom_post.readers.hdf5_input import Hdf5Input
 #: XDMF's number of a cell type -> (number of nodes, dimension)
 XDMF_CELLS = {4: (3, 2), 5: (4, 2), 6: (4, 3), 9: (8, 3)}
 XDMF_CELLS |= {36: (6, 2), 37: (8, 2), 35: (9, 2), 38: (10, 3), 48: (20, 3), 50: (27, 3)}
+XDMF_CELLS |= {7: (5, 3), 8: (6, 3), 39: (13, 3), 40: (15, 3), 41: (18, 3)}
 #: the same for points and lines; after a type below SIZED, the list has the number of nodes before the nodes
 XDMF_EDGES = {1: (1, 0), 2: (2, 1), 34: (3, 1)}
 SIZED = 3
+#: number of nodes of a solid cell -> number of its corners, but for hexahedra
+N_CORNERS = {4: 4, 10: 4, 5: 5, 13: 5, 6: 6, 15: 6, 18: 6}
 
 
 def cells_of_mixed(
@@ -47,7 +50,7 @@ def drawn_nodes(nodes: IntArray, n_dim: int) -> IntArray:
     sides and corners in turn, beginning with the middle of the first side, without a node inside.
     """
     if n_dim == 3:
-        return nodes[: 4 if len(nodes) in (4, 10) else 8]
+        return nodes[: N_CORNERS.get(len(nodes), 8)]
     if n_dim < 2:
         return nodes[[0, 2, 1]] if len(nodes) == 3 else nodes
     if len(nodes) <= 4:
