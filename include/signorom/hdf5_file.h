@@ -14,7 +14,8 @@ typedef struct sig_h5_file sig_h5_file;
 
 #define SIG_H5_MAX_RANK 8
 
-enum sig_h5_type { SIG_H5_OTHER = 0, SIG_H5_REAL = 1, SIG_H5_INTEGER = 2, SIG_H5_TEXT = 3 };
+enum sig_h5_type { SIG_H5_OTHER = 0, SIG_H5_REAL = 1, SIG_H5_INTEGER = 2, SIG_H5_TEXT = 3, SIG_H5_SINGLE = 4 };
+/* SIG_H5_SINGLE: real numbers in single precision in memory; sig_h5_describe calls them SIG_H5_REAL. */
 
 enum sig_h5_status {
   SIG_H5_OK = 0,

@@ -43,6 +43,9 @@ contains
       'all nodes: displacement must be auto, or {boundaries: [...], elsewhere: modes}')
     if (config%reduction%max_full_order_size < 0) call tree%report_at('reduction.max_full_order_size', &
       'is ' // to_text(config%reduction%max_full_order_size) // ' MB; it must not be negative (0 = keep no full-order operator)')
+    if (.not. (config%reduction%displacement_tolerance >= 0 .and. config%reduction%displacement_tolerance < 1)) &
+      call tree%report_at('reduction.displacement_tolerance', 'is ' // to_text(config%reduction%displacement_tolerance) // &
+      '; it must be at least 0 and less than 1 (0 = keep the responses of all nodes as they are)')
     if (config%reduction%max_transforms_size < 0) call tree%report_at('reduction.max_transforms_size', &
       'is ' // to_text(config%reduction%max_transforms_size) // ' MB; it must not be negative (0 = keep no transforms)')
     if (.not. (config%reduction%stiffness_tolerance > 0 .and. config%reduction%stiffness_tolerance < 1)) call tree%report_at( &

@@ -304,11 +304,11 @@ module sig_deck_config
 
   !> reduction.displacement: the nodes for which a condensed model gives displacements.
   type :: displacement_config_t
-    !> auto (default): all nodes, exactly where memory allows, else by POD modes; none; boundaries
+    !> auto (default): all nodes; none; boundaries
     character(:), allocatable :: type
     !> for type boundaries: boundaries whose nodes have exact displacements
     type(name_config_t), allocatable :: boundaries(:)
-    !> for type boundaries: none (default) or modes at the other nodes
+    !> for type boundaries: none (default) or modes (or compressed responses) at the other nodes
     character(:), allocatable :: elsewhere
   end type displacement_config_t
 
@@ -342,6 +342,8 @@ module sig_deck_config
     !> multipliers_and_displacements (default) or multipliers: the data that the non-negative least squares fit
     character(:), allocatable :: reconstruction
     type(displacement_config_t) :: displacement
+    !> [-] >= 0: largest error of displacements by modes or compressed responses in the norm of the stiffness; default 1.0e-3
+    real(rk) :: displacement_tolerance = 1.0e-3_rk
     !> whether the model gives fields; default no
     logical :: has_fields = .false.
     !> [MB] memory >= 0 for the condensed full-order operator, of displacements too if they fit; 0 = none; default 64

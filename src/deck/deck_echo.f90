@@ -308,6 +308,7 @@ contains
       '  rank_tolerance: ' // to_text(reduction%rank_tolerance) // eol // &
       '  reconstruction: ' // reduction%reconstruction // eol // &
       '  displacement: ' // displacement_text(reduction%displacement) // eol // &
+      '  displacement_tolerance: ' // to_text(reduction%displacement_tolerance) // eol // &
       '  fields: ' // trim(merge('true ', 'false', reduction%has_fields)) // eol // &
       '  max_full_order_size: ' // to_text(reduction%max_full_order_size) // eol // &
       '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &

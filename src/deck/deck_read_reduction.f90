@@ -56,6 +56,7 @@ contains
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)
     call read_displacement(tree, i_reduction, reduction%displacement)
+    call get_number(tree, i_reduction, 'displacement_tolerance', .false., reduction%displacement_tolerance)
     switch = trim(switches(1))
     call get_choice(tree, i_reduction, 'fields', .false., switches, switch)
     reduction%has_fields = switch == switches(2)

@@ -17,7 +17,7 @@ module sig_hdf5_access
   implicit none(type, external)
   private
   public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts
-  public :: column_t, real_type, integer_type, text_type
+  public :: column_t, real_type, integer_type, text_type, single_type
 
   !> A pointer to one column of a matrix.
   type :: column_t
@@ -25,7 +25,7 @@ module sig_hdf5_access
   end type column_t
 
   ! the same values as in hdf5_file.h
-  integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3
+  integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3, single_type = 4
   integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7, elsewhere = 8, too_large = 9
   integer, parameter :: max_rank = 8
 
@@ -96,11 +96,11 @@ contains
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
-    !> real_type or integer_type
+    !> real_type, single_type or integer_type
     integer(c_int), intent(in) :: type
     !> Fortran shape; empty for a scalar
     integer, intent(in) :: shape(:)
-    !> real(rk) or integer, as type says
+    !> real(rk), real(sk) or integer, as type says
     type(*), intent(in) :: values(*)
     type(error_t), allocatable, intent(out) :: error
     integer(c_int) :: status
@@ -258,9 +258,9 @@ contains
     type(c_ptr), intent(in) :: handle
     character(*), intent(in) :: path
     character(*), intent(in) :: address
-    !> real_type or integer_type
+    !> real_type, single_type or integer_type
     integer(c_int), intent(in) :: type
-    !> real(rk) or integer, as type says
+    !> real(rk), real(sk) or integer, as type says
     type(*), intent(inout) :: values(*)
     type(error_t), allocatable, intent(out) :: error
 

@@ -127,13 +127,16 @@ static int64_t count_of(const struct sig_h5_item *item) {
 }
 
 static int read_numbers(sig_h5_file *file, const struct sig_h5_item *item, int type, void *values) {
-  const size_t size = type == SIG_H5_REAL ? sizeof(double) : sizeof(int);
+  const int is_real = type == SIG_H5_REAL || type == SIG_H5_SINGLE;
+  const size_t size = type == SIG_H5_REAL ? sizeof(double) : type == SIG_H5_SINGLE ? sizeof(float) : sizeof(int);
   const hid_t file_type = sig_h5_type_of(item);
   const int found = kind_of(file_type);
   H5Tclose(file_type);
-  if (found != SIG_H5_INTEGER && found != type) return SIG_H5_NO_READ;
+  if (found != SIG_H5_INTEGER && found != (is_real ? SIG_H5_REAL : type)) return SIG_H5_NO_READ;
   if (!sig_h5_take(file, (uint64_t)count_of(item) * size)) return SIG_H5_TOO_LARGE;
-  const hid_t memory_type = type == SIG_H5_REAL ? H5T_NATIVE_DOUBLE : H5T_NATIVE_INT;
+  const hid_t memory_type = type == SIG_H5_REAL     ? H5T_NATIVE_DOUBLE
+                            : type == SIG_H5_SINGLE ? H5T_NATIVE_FLOAT
+                                                    : H5T_NATIVE_INT;
   return read_raw(item, memory_type, values) < 0 ? SIG_H5_NO_READ : SIG_H5_OK;
 }
 

@@ -8,8 +8,8 @@ module sig_hdf5_reader
   use sig_files_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_columns, read_texts, real_type, &
-    text_type
-  use sig_kinds, only: rk
+    single_type, text_type
+  use sig_kinds, only: rk, sk
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
@@ -17,9 +17,10 @@ module sig_hdf5_reader
 
   !> A file that is read.
   !>
-  !> `read(name, value, error)` reads the dataset `name`. The value is real of rank 0 to 3, integer of rank 0 to 2, a text or a list
-  !> of texts (string_t); arrays and texts are allocatable. `read_attribute(object, name, value, error)` reads an attribute of a
-  !> group or dataset: a text, integer, real, list of reals or of texts. Integers in the file may be read as reals.
+  !> `read(name, value, error)` reads the dataset `name`. The value is real of rank 0 to 3, real in single precision (sk) of rank 1,
+  !> integer of rank 0 to 2, a text or a list of texts (string_t); arrays and texts are allocatable. `read_attribute(object, name,
+  !> value, error)` reads an attribute of a group or dataset: a text, integer, real, list of reals or of texts. Integers in the file
+  !> may be read as reals.
   !>
   !> Errors: those of find_shape and read_array in sig_hdf5_access. Then the value is zero or empty, or, if the array
   !> was found, not defined. If `error` is allocated before, nothing is read; so a caller needs one check after several reads.
@@ -36,11 +37,12 @@ module sig_hdf5_reader
     procedure :: count_groups
     procedure :: get_shape
     procedure :: read_block
-    generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2, &
-      read_text, read_text_1
+    generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_single_1, read_integer, read_integer_1, &
+      read_integer_2, read_text, read_text_1
     generic :: read_attribute => read_real_attribute, read_real_1_attribute, read_integer_attribute, &
       read_text_attribute, read_text_1_attribute
-    procedure, private :: read_real, read_real_1, read_real_2, read_real_3, read_integer, read_integer_1, read_integer_2
+    procedure, private :: read_real, read_real_1, read_real_2, read_real_3, read_single_1, read_integer, read_integer_1
+    procedure, private :: read_integer_2
     procedure, private :: read_text, read_text_1
     procedure, private :: read_real_attribute, read_real_1_attribute, read_integer_attribute
     procedure, private :: read_text_attribute, read_text_1_attribute
@@ -223,6 +225,18 @@ contains
     allocate (value(n(1), n(2), n(3)))
     call get(self, name, real_type, value, error)
   end subroutine read_real_3
+
+  subroutine read_single_1(self, name, value, error)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    real(sk), allocatable, intent(out) :: value(:)
+    type(error_t), allocatable, intent(inout) :: error
+    integer, allocatable :: n(:)
+
+    call shape_for(self, name, real_type, 1, n, error)
+    allocate (value(n(1)))
+    call get(self, name, single_type, value, error)
+  end subroutine read_single_1
 
   subroutine read_integer(self, name, value, error)
     class(h5_reader_t), intent(in) :: self

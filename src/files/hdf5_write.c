@@ -78,8 +78,10 @@ int sig_h5_write(sig_h5_file *file, const char *address, size_t length, int type
   if (rank > SIG_H5_MAX_RANK) return status;
   H5E_BEGIN_TRY {
     const hid_t reals[2] = {H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE};
+    const hid_t singles[2] = {H5T_IEEE_F32LE, H5T_NATIVE_FLOAT};
     const hid_t integers[2] = {H5T_STD_I32LE, H5T_NATIVE_INT};
-    status = write_at(file->id, address, length, type == SIG_H5_REAL ? reals : integers, rank, shape, values);
+    const hid_t *types = type == SIG_H5_REAL ? reals : type == SIG_H5_SINGLE ? singles : integers;
+    status = write_at(file->id, address, length, types, rank, shape, values);
   }
   H5E_END_TRY;
   return status;

@@ -10,8 +10,8 @@ module sig_hdf5_writer
   use sig_file_seal, only: seal_file, seal_size
   use sig_file_system, only: remove_file
   use sig_system, only: system_reason
-  use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, write_array, write_columns, write_texts
-  use sig_kinds, only: rk
+  use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, single_type, write_array, write_columns, write_texts
+  use sig_kinds, only: rk, sk
   use sig_output_stream, only: find_target
   use sig_text, only: string_t
   implicit none(type, external)
@@ -22,8 +22,9 @@ module sig_hdf5_writer
   !> write that fails, later writes do nothing, and close returns this first error. A file that is never closed is removed.
   !>
   !> `write(name, value [, unit, description])` writes a dataset and makes the groups in its name. The value is real of rank 0 to 3,
-  !> integer of rank 0 to 2, a text or a list of texts (string_t). `write_attribute(object, name, value)` writes an attribute: a
-  !> text, integer, real, list of reals or of texts. An object that is missing becomes a group; '/' is the file itself.
+  !> real in single precision (sk) of rank 1, integer of rank 0 to 2, a text or a list of texts (string_t).
+  !> `write_attribute(object, name, value)` writes an attribute: a text, integer, real, list of reals or of texts. An object that is
+  !> missing becomes a group; '/' is the file itself.
   type :: h5_writer_t
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -37,12 +38,12 @@ module sig_hdf5_writer
     procedure :: create_image
     procedure :: close_image
     procedure :: discard => discard_file
-    generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1, &
-      write_integer_2, write_text, write_text_1
+    generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_single_1, write_integer, &
+      write_integer_1, write_integer_2, write_text, write_text_1
     procedure :: write_columns => write_real_columns
     generic :: write_attribute => write_real_attribute, write_real_1_attribute, write_integer_attribute, &
       write_text_attribute, write_text_1_attribute
-    procedure, private :: write_real, write_real_1, write_real_2, write_real_3, write_integer, write_integer_1
+    procedure, private :: write_real, write_real_1, write_real_2, write_real_3, write_single_1, write_integer, write_integer_1
     procedure, private :: write_integer_2, write_text, write_text_1
     procedure, private :: write_real_attribute, write_real_1_attribute, write_integer_attribute
     procedure, private :: write_text_attribute, write_text_1_attribute
@@ -210,6 +211,16 @@ contains
 
     call put(self, name, real_type, shape(value), value, unit, description)
   end subroutine write_real_3
+
+  subroutine write_single_1(self, name, value, unit, description)
+    class(h5_writer_t), intent(inout) :: self
+    character(*), intent(in) :: name
+    real(sk), intent(in) :: value(:)
+    character(*), intent(in), optional :: unit
+    character(*), intent(in), optional :: description
+
+    call put(self, name, single_type, shape(value), value, unit, description)
+  end subroutine write_single_1
 
   subroutine write_integer(self, name, value, unit, description)
     class(h5_writer_t), intent(inout) :: self

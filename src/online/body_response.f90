@@ -55,6 +55,7 @@ module sig_body_response
     procedure :: add_field
     procedure :: has_bound
     procedure :: error_bound
+    procedure :: field_bound
     procedure :: stiffness_limits
     procedure :: opening_of_row
     procedure :: displacement_of
@@ -168,22 +169,47 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
-    real(rk) :: coefficients(size(self%bound%residuals, 1)), compliance(size(forces)**2)
-    real(rk) :: constants(size(self%numerators))
-    integer :: n_driving
+    real(rk) :: compliance(size(forces)**2), constants(size(self%numerators))
 
     bound = 0
     if (size(self%numerators) == 0) return
     constants = constants_at(self, theta)
+    compliance = 0
+    call self%add_compliance(theta, compliance)
+    bound = self%bound%evaluate(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
+      self%is_thin, bound_coefficients(self, theta, forces), reshape(compliance, [size(forces), size(forces)]))
+  end function error_bound
+
+  !> Returns a bound [sqrt(force*length)] of the error that the interpolation of this body makes in its displacement under the same
+  !> contact forces, in the norm of its stiffness; 0 for an exact body. Requires: has_bound, nodes%prepare.
+  real(rk) function field_bound(self, theta, forces) result(bound)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk) :: constants(size(self%numerators))
+
+    bound = 0
+    if (size(self%numerators) == 0) return
+    constants = constants_at(self, theta)
+    bound = self%bound%evaluate_field(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
+      self%is_thin, bound_coefficients(self, theta, forces))
+  end function field_bound
+
+  !> Returns the coefficients x of sig_interpolation_bound at a point.
+  function bound_coefficients(self, theta, forces) result(coefficients)
+    type(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), intent(in) :: forces(:)
+    real(rk) :: coefficients(size(self%bound%residuals, 1))
+    integer :: n_driving
+
     n_driving = (size(coefficients) - size(forces)) / 2
     coefficients(:n_driving) = theta(:n_driving)
     coefficients(n_driving + 1:2 * n_driving) = self%modulus_ratio(theta) * theta(:n_driving)
     coefficients(2 * n_driving + 1:) = -forces
-    compliance = 0
-    call self%add_compliance(theta, compliance)
-    bound = self%bound%evaluate(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
-      self%is_thin, coefficients, reshape(compliance, [size(forces), size(forces)]))
-  end function error_bound
+  end function bound_coefficients
 
   !> Returns two limits [-]: at a point, the stiffness of the body is at least the first and at most the second times the stiffness
   !> for which the bound was made (s = 1, constant bound%place). For an exact body (without interpolated constants) both are s.

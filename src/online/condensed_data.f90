@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The data of a condensed model: the full-order problem condensed to its contacts. Training makes them and a file keeps them.
 module sig_condensed_data
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_contact_field, only: contact_field_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -24,21 +26,25 @@ module sig_condensed_data
     real(rk), allocatable :: compliance(:, :)
     !> [length per unit of theta] D - B G, shape (n_multipliers, n_terms)
     real(rk), allocatable :: free_opening(:, :)
-    !> [length per unit of theta] G of the leading terms, as the other terms cause no displacement; for the exact dofs or, with
-    !> modes, for all dofs; shape (n_exact or n_dofs, n_driving_terms)
+    !> [length per unit of theta] G of the leading terms, as the other terms cause no displacement; for the exact dofs or, where
+    !> `field` is there, for all dofs; shape (n_exact or n_dofs, n_driving_terms)
     real(rk), allocatable :: free_response(:, :)
     !> [length/force] H of the exact dofs, shape (n_exact, n_multipliers)
     real(rk), allocatable :: contact_response(:, :)
-    !> [-] orthonormal modes for the other dofs: H z is nearly basis (contact_coordinates z); shape (n_dofs, n_modes), or none
-    real(rk), allocatable :: basis(:, :)
-    !> [length/force] shape (n_modes, n_multipliers)
-    real(rk), allocatable :: contact_coordinates(:, :)
+    !> H z of the other dofs, or nothing
+    type(contact_field_t) :: field
+    !> [force*length per unit of theta squared] G'K G of the leading terms, shape (n_loads, n_loads)
+    real(rk), allocatable :: free_energy(:, :)
+    !> [length per unit of theta] H'K G of the leading terms, shape (n_multipliers, n_loads); zero in the rows of anchors
+    real(rk), allocatable :: shared_energy(:, :)
     !> rows that are anchors, 1-based among the multipliers
     integer, allocatable :: anchors(:)
     !> [length/force] scale of the anchors
     real(rk) :: scale = 1
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
+    !> [sqrt(force*length)] largest size of the displacement in training, in the norm of the stiffness
+    real(rk) :: largest_field = 0
     !> training points whose active sets have a principal pivot transform, shape (n_references)
     integer, allocatable :: reference_points(:)
     !> number of the reference nearest to each training point's set, 1-based; shape (n_points), or none
@@ -53,6 +59,7 @@ module sig_condensed_data
     procedure :: n_rows
     procedure :: has_modes
     procedure :: open_freely
+    procedure :: size_of_field
   end type condensed_data_t
 
   !> [-] loads are in equilibrium if their work on a free motion is at most this share of the sum of its parts' sizes
@@ -71,8 +78,9 @@ contains
     call fill_missing(self%free_opening, sizes%n_multipliers)
     if (.not. allocated(self%free_response)) allocate (self%free_response(0, 0))
     if (.not. allocated(self%contact_response)) allocate (self%contact_response(0, sizes%n_multipliers))
-    call fill_missing(self%basis, sizes%n_dofs)
-    if (.not. allocated(self%contact_coordinates)) allocate (self%contact_coordinates(0, sizes%n_multipliers))
+    call self%field%complete(sizes%n_dofs, sizes%n_multipliers)
+    if (.not. allocated(self%free_energy)) allocate (self%free_energy(0, 0))
+    call fill_missing(self%shared_energy, sizes%n_multipliers)
     call fill_missing(self%anchors)
     call fill_missing(self%reference_points)
     call fill_missing(self%reference_of_point)
@@ -108,13 +116,15 @@ contains
     integer :: n_responses
 
     name = ''
-    associate (exact => self%exact_dofs, n_modes => size(self%basis, 2))
-      n_responses = merge(sizes%n_dofs, size(exact), n_modes > 0)
+    associate (exact => self%exact_dofs, n_loads => size(self%free_energy, 2))
+      n_responses = merge(sizes%n_dofs, size(exact), self%field%is_there())
       if (.not. is_matrix(self%free_response, n_responses, min(sizes%n_terms, size(self%free_response, 2)))) name = 'free_response'
       if (.not. is_matrix(self%contact_response, size(exact), sizes%n_multipliers)) name = 'contact_response'
-      if (.not. is_matrix(self%basis, sizes%n_dofs, n_modes)) name = 'basis'
-      if (.not. is_matrix(self%contact_coordinates, n_modes, sizes%n_multipliers)) name = 'contact_coordinates'
+      if (.not. is_matrix(self%free_energy, min(n_loads, sizes%n_terms), n_loads)) name = 'free_energy'
+      if (.not. is_matrix(self%shared_energy, sizes%n_multipliers, n_loads)) name = 'shared_energy'
+      if (.not. ieee_is_finite(self%largest_field)) name = 'largest_field'
     end associate
+    if (len(name) == 0) name = self%field%mismatch(sizes%n_dofs, sizes%n_multipliers, size(self%anchors))
   end function field_mismatch
 
   !> Returns the number of contact rows; anchors count, too.
@@ -124,11 +134,11 @@ contains
     n_rows = size(self%compliance, 1)
   end function n_rows
 
-  !> Whether modes give the displacement of the dofs that are not exact.
+  !> Whether modes or compressed responses give the displacement of the dofs that are not exact.
   pure logical function has_modes(self)
     class(condensed_data_t), intent(in) :: self
 
-    has_modes = size(self%basis, 2) > 0
+    has_modes = self%field%is_there()
   end function has_modes
 
   !> Computes q (the argument opening) = self%free_opening theta. At an anchor, q is `scale` times the work of the loads on the free
@@ -149,6 +159,29 @@ contains
     end do
   end subroutine open_freely
 
+  !> Returns the size |u|_K [sqrt(force*length)] of the displacement u = G theta - H z in the norm of the stiffness; rigid motions
+  !> do not count:
+  !>
+  !>     |u|_K^2 = theta' G'K G theta - 2 z' H'K G theta + z'C z
+  pure real(rk) function size_of_field(self, theta, unknowns, energy) result(size_of)
+    class(condensed_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), intent(in) :: unknowns(:)
+    !> [force*length] z'C z without the anchors
+    real(rk), intent(in) :: energy
+    real(rk) :: square
+    integer :: i
+
+    square = energy
+    do i = 1, size(self%free_energy, 2)
+      if (abs(theta(i)) > 0) square = square + theta(i) * (sum(self%free_energy(:, i) * theta(:size(self%free_energy, 1))) - &
+        2 * sum(self%shared_energy(:, i) * unknowns))
+    end do
+    size_of = sqrt(max(0.0_rk, square))
+  end function size_of_field
+
   !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(condensed_data_t), intent(in) :: self
@@ -164,18 +197,21 @@ contains
     call file%write(group // '/free_opening', self%free_opening, length, 'gap without contact forces, a term per row; ' // &
       'of an anchor: see scale')
     call file%write(group // '/free_response', self%free_response, length, &
-      'displacement without contact, a leading term per row; of the exact dofs, or of all where there is a basis')
+      'displacement without contact, a leading term per row; of the exact dofs, or of all where field is there')
     call file%write(group // '/contact_response', self%contact_response, length // '/(' // force // ')', &
       'minus the displacement of the exact dofs under a unit contact force, a contact per row; of an anchor: see scale')
-    call file%write(group // '/basis', self%basis, '1', &
-      'modes of the displacement of the other dofs under contact forces, a mode per row')
-    call file%write(group // '/contact_coordinates', self%contact_coordinates, length // '/(' // force // ')', &
-      'coordinate of each mode in minus the displacement under a unit contact force, a contact per row; of an anchor: see scale')
+    call self%field%write(file, group // '/field', length, force)
+    call file%write(group // '/free_energy', self%free_energy, force // '*' // length, &
+      'work of the forces of each term on the displacement of each term, without contact')
+    call file%write(group // '/shared_energy', self%shared_energy, length, &
+      'work of a unit contact force on minus the displacement of each term that loads cause, a term per row')
     call file%write(group // '/anchors', self%anchors, description='contacts that hold bodies which nothing else holds, 1-based')
     call file%write(group // '/scale', self%scale, length // '/(' // force // ')', &
       'the unknown of an anchor is its opening over this scale, not its force; its row gives force times scale, not its opening')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'largest size of the contact forces in training, in the norm of the compliance')
+    call file%write(group // '/largest_field', self%largest_field, 'sqrt(' // force // '*' // length // ')', &
+      'largest size of the displacement in training, in the norm of the stiffness')
     call file%write(group // '/reference_points', self%reference_points, description= &
       'training points whose active sets have a pivot transform, 1-based')
     call file%write(group // '/reference_of_point', self%reference_of_point, description= &
@@ -196,11 +232,13 @@ contains
     call file%read(group // '/free_opening', self%free_opening, error)
     call file%read(group // '/free_response', self%free_response, error)
     call file%read(group // '/contact_response', self%contact_response, error)
-    call file%read(group // '/basis', self%basis, error)
-    call file%read(group // '/contact_coordinates', self%contact_coordinates, error)
+    call self%field%read(file, group // '/field', error)
+    call file%read(group // '/free_energy', self%free_energy, error)
+    call file%read(group // '/shared_energy', self%shared_energy, error)
     call file%read(group // '/anchors', self%anchors, error)
     call file%read(group // '/scale', self%scale, error)
     call file%read(group // '/largest_size', self%largest_size, error)
+    call file%read(group // '/largest_field', self%largest_field, error)
     call file%read(group // '/reference_points', self%reference_points, error)
     call file%read(group // '/reference_of_point', self%reference_of_point, error)
     call file%read(group // '/transforms', self%transforms, error)

@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Displacements of a condensed model: u = G theta - H z, exactly at some dofs, by modes at others, or not at all.
+!> Displacements of a condensed model: u = G theta - H z, exactly at some dofs, by sig_contact_field at others, or not at all.
 module sig_condensed_displacement
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_condensed_data, only: condensed_data_t
@@ -21,14 +21,13 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] shape (n_dofs)
     real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: coordinates(size(data%basis, 2)), exact(size(data%exact_dofs))
+    real(rk) :: exact(size(data%exact_dofs))
 
     associate (leading => theta(:size(data%free_response, 2)))
       if (data%has_modes()) then
         call multiply(1.0_rk, data%free_response, leading, 0.0_rk, displacement)
         exact = displacement(data%exact_dofs)
-        call multiply(1.0_rk, data%contact_coordinates, unknowns, 0.0_rk, coordinates)
-        call multiply(-1.0_rk, data%basis, coordinates, 1.0_rk, displacement)
+        call data%field%subtract_from(data%anchors, unknowns, displacement)
       else
         displacement = ieee_value(1.0_rk, ieee_quiet_nan)
         call multiply(1.0_rk, data%free_response, leading, 0.0_rk, exact)
@@ -48,7 +47,7 @@ contains
     real(rk), intent(in) :: unknowns(:)
     !> 1-based
     integer, intent(in) :: dof
-    integer :: i, i_exact
+    integer :: i_exact
 
     i_exact = place_in_ascending(data%exact_dofs, dof)
     associate (leading => theta(:size(data%free_response, 2)), has_modes => data%has_modes())
@@ -61,9 +60,7 @@ contains
     if (i_exact > 0) then
       displacement = displacement - dot_product(data%contact_response(i_exact, :), unknowns)
     else
-      do i = 1, size(data%basis, 2)
-        displacement = displacement - data%basis(dof, i) * dot_product(data%contact_coordinates(i, :), unknowns)
-      end do
+      displacement = displacement - data%field%dof_value(data%anchors, unknowns, dof)
     end if
   end function condensed_displacement_of_dof
 
@@ -82,7 +79,7 @@ contains
     if (i > 0) then
       motion = data%contact_response(i, data%anchors) / data%scale
     else if (data%has_modes()) then
-      motion = matmul(data%basis(dof, :), data%contact_coordinates(:, data%anchors)) / data%scale
+      motion = data%field%motion_of_dof(dof) / data%scale
     end if
   end function condensed_anchor_motion
 end module sig_condensed_displacement

@@ -62,6 +62,7 @@ module sig_interpolated_data
     procedure :: has_material
     procedure :: has_bound
     procedure :: bound
+    procedure :: field_bound
     procedure :: displacement_of
     procedure :: moves
     procedure :: n_rows
@@ -216,6 +217,25 @@ contains
     end do
     bound = min(norm2(bounds), total)
   end function bound
+
+  !> Returns a bound [sqrt(force*length)] of the error that interpolation makes in the displacement of the exact dofs under the same
+  !> contact forces, in the norm of the stiffness; bodies share no dofs. Rigid motions do not count. Requires: has_bound.
+  real(rk) function field_bound(self, theta, unknowns)
+    class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    real(rk) :: bounds(size(self%bodies)), forces(size(unknowns))
+    integer :: i
+
+    forces = unknowns
+    forces(self%anchors) = 0
+    do i = 1, size(bounds)
+      bounds(i) = self%bodies(i)%field_bound(theta, forces)
+    end do
+    field_bound = norm2(bounds)
+  end function field_bound
 
   !> Overwrites the rows and columns of the anchors in W (compliance) and q (opening): the unknown of an anchor becomes its opening
   !> over `scale`, and its complementary value becomes its force times `scale`. q of an anchor is 0 if it is at most 1e-12 of the

@@ -36,6 +36,7 @@ module sig_interpolation_bound
   contains
     procedure :: is_there
     procedure :: evaluate
+    procedure :: evaluate_field
     procedure :: write
     procedure :: read
   end type interpolation_bound_t
@@ -78,8 +79,25 @@ contains
     call multiply(1.0_rk, compliance, forces, 0.0_rk, closing)
     bound = sqrt(max(0.0_rk, dot_product(forces, closing))) + &
       size_in(self%rest, coefficients) * (1 - sqrt(ratios(1) / ratios(2))) / sqrt(ratios(1))
-    bound = factor * min(bound, size_in(self%residuals, coefficients) / sqrt(ratios(1)))
+    bound = min(factor * bound, self%evaluate_field(nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients))
   end function evaluate
+
+  !> Returns a bound [sqrt(force*length)] of the error that interpolation makes in the displacement of the body under the same
+  !> contact forces, in the norm of its stiffness: |r|_{K^-1}. The arguments are those of evaluate. Requires: is_there.
+  real(rk) function evaluate_field(self, nodes, constant, modulus_ratio, is_ratio_of_moduli, is_thin, coefficients) result(bound)
+    class(interpolation_bound_t), intent(in) :: self
+    real(rk), intent(in) :: nodes(:)
+    real(rk), intent(in) :: constant
+    real(rk), intent(in) :: modulus_ratio
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+    real(rk), contiguous, intent(in) :: coefficients(:)
+    real(rk) :: factor, ratios(2)
+
+    factor = abs(node_product(nodes, constant) / stiffness_factor(constant, is_ratio_of_moduli, is_thin))
+    ratios = modulus_ratio * stiffness_ratios(constant, self%place, is_ratio_of_moduli, is_thin)
+    bound = factor * size_in(self%residuals, coefficients) / sqrt(ratios(1))
+  end function evaluate_field
 
   !> Returns sqrt(x'Mx), or 0 where rounding makes x'Mx negative.
   real(rk) function size_in(matrix, x)

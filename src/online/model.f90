@@ -13,10 +13,11 @@ module sig_model
   private
   public :: model_t, contact_side_t, validation_statistics_t, complete_model, model_sizes
 
-  !> version of the file layout; it increases when an older reader would misread the file (4: parts of several kinds)
-  integer, parameter, public :: model_format_version = 4
+  !> version of the file layout; it increases when an older reader would misread the file (5: displacements of condensed parts
+  !> in the norm of the stiffness)
+  integer, parameter, public :: model_format_version = 5
   !> oldest layout that can be read
-  integer, parameter, public :: oldest_model_format = 4
+  integer, parameter, public :: oldest_model_format = 5
 
   !> Nodes of one side of all contacts; the nodes of contact k are starts(k) + 1 ... starts(k + 1).
   type :: contact_side_t

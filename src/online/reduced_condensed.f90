@@ -6,7 +6,7 @@
 !> the transformed problem is solved: its unknowns are zero except for the contacts whose status differs from the reference.
 module sig_reduced_condensed
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_condensed, answer_t
+  use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_condensed_data, only: condensed_data_t
@@ -223,8 +223,7 @@ contains
     character(:), allocatable :: text
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact row'))
-    text = text // line('  displacements', displacement_text(self%exact_boundaries, &
-      size(self%exact_dofs), size(self%basis, 2)))
+    text = text // line('  displacements', displacement_text(self%exact_boundaries, size(self%exact_dofs), self%field%describe()))
     text = text // line('  pivot transforms', counted(size(self%reference_points), 'reference set'))
   end function describe
 
@@ -263,7 +262,8 @@ contains
     if (allocated(self%certificate)) can_certify = self%certificate%is_valid()
   end function can_certify
 
-  !> Sets bound and relative_bound of the answer: bounds of the error of `multipliers`, whichever part found them
+  !> Sets bound and relative_bound of the answer: bounds of the error of `multipliers`, whichever part found them, and for own
+  !> forces those of the displacement
   !> (sig_condensed_certificate). Both are huge for forces of another part that do not balance the loads on bodies that only contact
   !> holds. Arguments: no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them
   !> last.
@@ -277,8 +277,24 @@ contains
     select type (room)
     type is (condensed_room_t)
       call self%certificate%certify(self, multipliers, is_own, room%free_opening, room%opening, answer)
+      if (is_own .and. self%has_displacement()) call certify_displacement(self, room, answer)
     end select
   end subroutine certify
+
+  !> Sets displacement_bound and relative_displacement_bound: the error of the forces in the norm of W, which is that of the
+  !> displacement in the norm of the stiffness, and that of H z (sig_contact_field). Rigid motions do not count.
+  subroutine certify_displacement(self, room, answer)
+    class(reduced_condensed_t), intent(in) :: self
+    !> after certify for own forces
+    type(condensed_room_t), intent(in) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: energy
+
+    ! openings of anchors do not count in z'W z, as their rows and columns of W have opposite signs
+    energy = max(0.0_rk, dot_product(answer%unknowns, room%opening - room%free_opening))
+    call answer%take_displacement_bound(answer%bound + self%field%error_of(self%compliance, answer%unknowns, energy), &
+      comparable_size(self%size_of_field(answer%theta, answer%unknowns, energy), self%largest_field))
+  end subroutine certify_displacement
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
   !> the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the contacts that graze
@@ -319,11 +335,20 @@ contains
     integer, intent(in) :: i_parameter
     integer, intent(in) :: dofs(:)
     real(rk), intent(out) :: changes(:)
+    real(rk), allocatable :: field(:)
     integer :: i
 
+    associate (theta => gradient%theta(:, i_parameter), unknowns => gradient%unknowns(:, i_parameter))
+      if (self%field%is_there() .and. size(dofs) > 1) then
+        ! a row of compressed responses costs a search
+        allocate (field(size(self%field%motions, 1)))
+        call fill_condensed_displacement(self, theta, unknowns, field)
+        changes = field(dofs)
+      else
+        changes = [(condensed_displacement_of_dof(self, theta, unknowns, dofs(i)), i=1, size(dofs))]
+      end if
+    end associate
     do i = 1, size(dofs)
-      changes(i) = condensed_displacement_of_dof(self, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), &
-        dofs(i))
       if (gradient%is_loose(i_parameter, condensed_anchor_motion(self, dofs(i)))) changes(i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
   end subroutine displacement_changes

@@ -12,7 +12,7 @@ module sig_reduced_exact
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none, model_sizes_t, reduced_t, room_t
   use sig_shape_checks, only: are_indices, is_ascending, place_in_ascending
-  use sig_text, only: counted, join, string_t
+  use sig_text, only: join, string_t
   implicit none(type, external)
   private
   public :: reduced_exact_t, displacement_text, round_work, rounding_force, take_forces
@@ -242,14 +242,14 @@ contains
     end do
   end subroutine round_work
 
-  !> Returns a text that says at which nodes a part has displacements, and whether these are exact or by modes. It has no line end.
-  pure function displacement_text(exact_boundaries, n_exact, n_modes) result(text)
+  !> Returns a text that says at which nodes a part has displacements, and how. It has no line end.
+  pure function displacement_text(exact_boundaries, n_exact, elsewhere) result(text)
     !> boundaries at whose nodes displacements are exact; empty if this holds at all nodes or at none
     type(string_t), intent(in) :: exact_boundaries(:)
     !> number of dofs whose displacement is exact
     integer, intent(in) :: n_exact
-    !> number of modes for the other dofs
-    integer, intent(in) :: n_modes
+    !> how the displacement of the other dofs is found, such as `by 12 modes`; empty if there is none
+    character(*), intent(in) :: elsewhere
     character(:), allocatable :: text
 
     text = 'none: contact forces only'
@@ -258,10 +258,10 @@ contains
     else if (n_exact > 0) then
       text = 'exact at all nodes'
     end if
-    if (n_modes > 0 .and. n_exact > 0) then
-      text = text // ', by ' // counted(n_modes, 'mode') // ' elsewhere'
-    else if (n_modes > 0) then
-      text = 'by ' // counted(n_modes, 'mode')
+    if (elsewhere /= '' .and. n_exact > 0) then
+      text = text // ', ' // elsewhere // ' elsewhere'
+    else if (elsewhere /= '') then
+      text = elsewhere
     else if (size(exact_boundaries) > 0) then
       text = text // ', none elsewhere'
     end if

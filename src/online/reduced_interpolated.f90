@@ -8,7 +8,7 @@ module sig_reduced_interpolated
   use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
   use sig_dense_kernels, only: factor_cholesky, reduce_cholesky
-  use sig_description_line, only: line
+  use sig_description_line, only: line, modes_text
   use sig_gradient, only: gradient_t
   use sig_interpolated_certificate, only: bound_foreign_forces, interpolated_energy
   use sig_interpolated_data, only: interpolated_data_t
@@ -220,9 +220,10 @@ contains
   end function can_certify
 
   !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
-  !> was solved except for rounding. For own forces a model with modes bounds the displacement, too: with u(lambda_r), the
+  !> was solved except for rounding. For own forces the displacement is bounded, too: with u(lambda_r), the
   !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, where the last term equals the
-  !> error of the forces, |lambda_r - lambda|_W. Forces that another part found get no bound if there are anchors. Arguments:
+  !> error of the forces, |lambda_r - lambda|_W. Without modes the first term is the error of the interpolation (field_bound), and
+  !> the bound is relative to the size of the forces. Forces that another part found get no bound if there are anchors. Arguments:
   !> no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
@@ -239,7 +240,11 @@ contains
     size_of_answer = comparable_size(self%size_in_energy(room, multipliers), self%largest_size)
     bound = self%bound(answer%theta, answer%unknowns) + self%rounding() * size_of_answer
     call answer%take_bound(bound, size_of_answer)
-    if (.not. self%has_modes()) return
+    if (.not. self%has_modes()) then
+      if (self%has_displacement()) call answer%take_displacement_bound(bound + self%field_bound(answer%theta, answer%unknowns) + &
+        self%rounding() * size_of_answer, size_of_answer)
+      return
+    end if
     select type (room)
     type is (interpolated_room_t)
       size_of_answer = comparable_size(room%field_size, self%largest_field)
@@ -318,7 +323,7 @@ contains
       end associate
     end do
     text = text // line('  displacements', &
-      displacement_text(self%exact_boundaries, size(self%exact_dofs), self%n_modes()))
+      displacement_text(self%exact_boundaries, size(self%exact_dofs), modes_text(self%n_modes())))
   end function describe
 
   !> Computes the derivatives of the answer with respect to each parameter (differentiate_interpolated). Errors: message is

@@ -7,9 +7,9 @@
 !> tried one after the other. If no cluster can answer, there is no answer.
 module sig_reduced_tied
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_condensed, answer_t
+  use sig_answer, only: answer_condensed, answer_t, comparable_size
   use sig_bits, only: unpack_bits
-  use sig_description_line, only: line
+  use sig_description_line, only: line, modes_text
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
@@ -154,7 +154,30 @@ contains
       answer%multipliers(changing) = room%solution%lambda
     end associate
     call answer%take_all_forces()
+    if (self%has_displacement()) call bound_displacement(self, i, answer)
   end subroutine solve_cluster
+
+  !> Sets displacement_bound and relative_displacement_bound: the error of the modes, and rounding. The forces are those of the
+  !> full-order problem, or there is no answer.
+  subroutine bound_displacement(self, i, answer)
+    class(reduced_tied_t), intent(in) :: self
+    !> cluster that answered
+    integer, intent(in) :: i
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: energy, forces(size(self%prepared(i)%changing)), square
+
+    forces = answer%multipliers(self%prepared(i)%changing)
+    associate (cluster => self%clusters(i), theta => answer%theta, compliance => self%prepared(i)%compliance)
+      energy = dot_product(forces, matmul(compliance, forces))
+      square = energy
+      if (self%has_modes()) square = energy + dot_product(theta, matmul(cluster%free_energy, theta)) - &
+        2 * dot_product(forces, matmul(cluster%shared_energy, theta))
+      associate (size_of_field => comparable_size(sqrt(max(square, 0.0_rk)), self%largest_field))
+        call answer%take_displacement_bound(cluster%modes%error_of(compliance, forces, energy) + rounding * size_of_field, &
+          size_of_field)
+      end associate
+    end associate
+  end subroutine bound_displacement
 
   !> Whether the forces of closed rows are not negative, and open rows do not penetrate. Changing rows are not checked. A negative
   !> force counts as rounding up to 1e-10 of the largest force on closed rows, and a penetration up to 1e-10 of the largest opening
@@ -176,23 +199,45 @@ contains
     is_inside = all(smallest >= -rounding * largest)
   end function is_inside
 
-  !> Computes the displacement [length] of all dofs; it is NaN for dofs that are not exact, and for all without an answer.
+  !> Computes the displacement [length] of all dofs; it is NaN for dofs that are not exact if there are no modes, and for all dofs
+  !> without an answer.
   subroutine fill_displacement(self, answer, displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: exact(size(self%exact_dofs))
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     if (answer%row_cluster == 0) return
-    associate (cluster => self%clusters(answer%row_cluster))
-      call multiply(1.0_rk, cluster%free_field, answer%theta, 0.0_rk, exact)
-      call multiply(1.0_rk, cluster%field, answer%multipliers(self%prepared(answer%row_cluster)%changing), 1.0_rk, exact)
-    end associate
-    displacement(self%exact_dofs) = exact
+    call fill_field(self, answer%row_cluster, answer%theta, answer%multipliers(self%prepared(answer%row_cluster)%changing), &
+      displacement)
   end subroutine fill_displacement
 
-  !> Returns the displacement [length] of one dof, 1-based; NaN if the dof is not exact or there is no answer.
+  !> Computes what is linear in the terms and in the forces on the changing rows of a cluster: the displacement, or its change.
+  subroutine fill_field(self, i, theta, forces, displacement)
+    class(reduced_tied_t), intent(in) :: self
+    !> cluster
+    integer, intent(in) :: i
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: forces(:)
+    !> [length] shape (n_dofs); NaN for dofs that are not exact stay if there are no modes
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: exact(size(self%exact_dofs))
+
+    associate (cluster => self%clusters(i))
+      if (self%has_modes()) then
+        call multiply(1.0_rk, cluster%free_field, theta, 0.0_rk, displacement)
+        exact = displacement(self%exact_dofs)
+        call cluster%modes%subtract_from([integer ::], forces, displacement)
+      else
+        call multiply(1.0_rk, cluster%free_field, theta, 0.0_rk, exact)
+      end if
+      call multiply(1.0_rk, cluster%field, forces, 1.0_rk, exact)
+    end associate
+    displacement(self%exact_dofs) = exact
+  end subroutine fill_field
+
+  !> Returns the displacement [length] of one dof, 1-based; NaN if the dof is not exact and there are no modes, or there is no
+  !> answer.
   pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(reduced_tied_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
@@ -201,10 +246,14 @@ contains
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     i = place_in_ascending(self%exact_dofs, dof)
-    if (i == 0 .or. answer%row_cluster == 0) return
+    if (answer%row_cluster == 0 .or. (i == 0 .and. .not. self%has_modes())) return
     associate (cluster => self%clusters(answer%row_cluster), changing => self%prepared(answer%row_cluster)%changing)
-      displacement = dot_product(cluster%free_field(i, :), answer%theta) + &
-        dot_product(cluster%field(i, :), answer%multipliers(changing))
+      displacement = dot_product(cluster%free_field(merge(dof, i, self%has_modes()), :), answer%theta)
+      if (i > 0) then
+        displacement = displacement + dot_product(cluster%field(i, :), answer%multipliers(changing))
+      else
+        displacement = displacement - cluster%modes%dof_value([integer ::], answer%multipliers(changing), dof)
+      end if
     end associate
   end function displacement_of_dof
 
@@ -241,7 +290,8 @@ contains
     end associate
   end subroutine differentiate
 
-  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for a dof that is not exact.
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for a dof that is not exact
+  !> if there are no modes.
   !> Arguments: no_changes in sig_reduced.
   subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
     class(reduced_tied_t), intent(in) :: self
@@ -250,16 +300,11 @@ contains
     integer, intent(in) :: i_parameter
     integer, intent(in) :: dofs(:)
     real(rk), intent(out) :: changes(:)
-    integer :: i, k
+    real(rk) :: field(max(maxval([0, dofs]), maxval([0, self%exact_dofs]), size(self%clusters(answer%row_cluster)%modes%modes, 1)))
 
-    changes = ieee_value(1.0_rk, ieee_quiet_nan)
-    associate (cluster => self%clusters(answer%row_cluster))
-      do k = 1, size(dofs)
-        i = place_in_ascending(self%exact_dofs, dofs(k))
-        if (i > 0) changes(k) = dot_product(cluster%free_field(i, :), gradient%theta(:, i_parameter)) + &
-          dot_product(cluster%field(i, :), gradient%unknowns(:, i_parameter))
-      end do
-    end associate
+    field = ieee_value(1.0_rk, ieee_quiet_nan)
+    call fill_field(self, answer%row_cluster, gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), field)
+    changes = field(dofs)
   end subroutine displacement_changes
 
   !> Returns lines about forces, clusters and displacements of the part, each with its line end.
@@ -275,6 +320,15 @@ contains
           to_text(count(status == row_closed)) // ' always closed, the others always open')
       end associate
     end do
-    text = text // line('  displacements', displacement_text(self%exact_boundaries, size(self%exact_dofs), 0))
+    text = text // line('  displacements', displacement_text(self%exact_boundaries, size(self%exact_dofs), modes_of_clusters(self)))
   end function describe
+
+  !> Returns how displacements of dofs that are not exact are found, for descriptions: by the largest number of modes of a cluster.
+  pure function modes_of_clusters(self) result(text)
+    type(reduced_tied_t), intent(in) :: self
+    character(:), allocatable :: text
+    integer :: i
+
+    text = modes_text(maxval([0, [(size(self%clusters(i)%modes%modes, 2), i=1, size(self%clusters))]]))
+  end function modes_of_clusters
 end module sig_reduced_tied

@@ -5,14 +5,14 @@
 module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
-  use sig_kinds, only: rk
+  use sig_kinds, only: rk, sk
   use sig_text, only: append_text, join, split, string_t
   use petsc
   implicit none(type, external)
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
-  public :: broadcast_columns, sum_over_ranks, max_over_ranks
+  public :: broadcast_columns, broadcast_integers, broadcast_singles, sum_over_ranks, max_over_ranks
   public :: precondition_failed, has_multigrid_vi
   public :: message_size
 
@@ -314,6 +314,42 @@ contains
       PetscCallMPI(MPI_Bcast(values(:, i), size(values, 1), MPI_DOUBLE_PRECISION, 0, comm, ierr))
     end do
   end subroutine broadcast_columns
+
+  !> Copies integers, or numbers in single precision, of the first rank to all ranks; each gets an array of the size on the first
+  !> rank. Collective on comm.
+  subroutine broadcast_integers(values, comm, ierr)
+    !> allocated on the first rank
+    integer, allocatable, intent(inout) :: values(:)
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n(1)
+
+    n = 0
+    if (allocated(values)) n = size(values)
+    PetscCallMPI(MPI_Bcast(n, 1, MPI_INTEGER, 0, comm, ierr))
+    if (allocated(values)) then
+      if (size(values) /= n(1)) deallocate (values)
+    end if
+    if (.not. allocated(values)) allocate (values(n(1)))
+    PetscCallMPI(MPI_Bcast(values, n(1), MPI_INTEGER, 0, comm, ierr))
+  end subroutine broadcast_integers
+
+  subroutine broadcast_singles(values, comm, ierr)
+    !> allocated on the first rank
+    real(sk), allocatable, intent(inout) :: values(:)
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: n(1)
+
+    n = 0
+    if (allocated(values)) n = size(values)
+    PetscCallMPI(MPI_Bcast(n, 1, MPI_INTEGER, 0, comm, ierr))
+    if (allocated(values)) then
+      if (size(values) /= n(1)) deallocate (values)
+    end if
+    if (.not. allocated(values)) allocate (values(n(1)))
+    PetscCallMPI(MPI_Bcast(values, n(1), MPI_REAL, 0, comm, ierr))
+  end subroutine broadcast_singles
 
   !> Puts a failed precondition with its place in the source on the error stack of PETSc. The macro SIG_CHECK calls it.
   subroutine precondition_failed(code, sentence, file, line, ierr)

@@ -22,10 +22,10 @@ module sig_condensed
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: add_product
+  use sig_linear_algebra, only: add_product, transposed_product
   use sig_linear_solver, only: linear_solver_t
   use sig_memory, only: machine_memory
-  use sig_petsc_support, only: max_over_ranks, sum_over_ranks
+  use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use petsc
@@ -46,6 +46,10 @@ module sig_condensed
     real(rk), allocatable :: compliance(:, :)
     !> [length] D - B G, in rows of anchors their scaled forces; replicated, shape (n_rows, n_terms)
     real(rk), allocatable :: free_opening(:, :)
+    !> [force*length] G'K G, shape (n_driving_terms, n_driving_terms), and [length] H'K G, shape (n_rows, n_driving_terms), with
+    !> zeros in the rows of anchors; replicated. Rigid motions have no part in them.
+    real(rk), allocatable :: free_energy(:, :)
+    real(rk), allocatable :: shared_energy(:, :)
     type(anchors_t) :: anchors
     !> [length/force] the scale of the anchors
     real(rk) :: scale = 1
@@ -100,6 +104,7 @@ contains
     end associate
     PetscCall(make_room(self, system, ierr))
     PetscCall(solve_compliance(self, system, ierr))
+    PetscCall(measure_energies(self, system, free_closing, ierr))
     call close_anchors(self, system)
     ! W is symmetric but for rounding
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
@@ -142,6 +147,32 @@ contains
     end do
     call progress%finish()
   end subroutine solve_compliance
+
+  !> Computes G'K G and H'K G. The forces K G of free dofs are loads, and prescribed displacements cause none; K H = B' - B_T' N' on
+  !> these dofs. So H'K G is (B - N B_T) times the displacement that loads cause, which is zero on held dofs. Collective.
+  subroutine measure_energies(self, system, free_closing, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    !> [length] B G, shape (n_rows, n_driving_terms)
+    real(rk), intent(in) :: free_closing(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: forces(:, :), lifted(:, :)
+    integer :: n
+
+    allocate (forces, mold=self%free_response)
+    PetscCall(multiply_block(system%stiffness, self%free_response, forces, ierr))
+    self%free_energy = transposed_product(self%free_response, forces)
+    PetscCall(sum_over_ranks(system%comm, self%free_energy, ierr))
+    self%shared_energy = free_closing
+    n = size(system%boundary%prescribed_values, 2)
+    PetscCall(close_rows(system, self%lifting(:, :n), lifted, ierr))
+    self%shared_energy(:, :n) = self%shared_energy(:, :n) - lifted
+    associate (rows => self%anchors%rows)
+      if (size(rows) == 0) return
+      self%shared_energy = self%shared_energy - matmul(self%anchors%closing, self%shared_energy(rows, :))
+      self%shared_energy(rows, :) = 0
+    end associate
+  end subroutine measure_energies
 
   !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
   !> forces. Changes G, H if it is kept, W and D - B G, and sets the scale. Without anchors nothing changes. Local.
@@ -412,7 +443,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     if (allocated(self%free_response)) deallocate (self%free_response, self%lifting)
-    if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening)
+    if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening, self%free_energy, self%shared_energy)
     if (allocated(self%contact_response)) deallocate (self%contact_response)
     PetscCall(self%linear_solver%destroy(ierr))
   end subroutine destroy

@@ -11,7 +11,7 @@ module sig_tied
   use sig_bound_form, only: bound_form_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: unit_vector
+  use sig_linear_algebra, only: add_product, unit_vector
   use sig_linear_solver, only: constrain, linear_solver_t
   use sig_petsc_support, only: multiply_block
   use sig_reasons, only: reason_converged
@@ -36,6 +36,10 @@ module sig_tied
     !> and (size(dofs), n_changing)
     real(rk), allocatable :: free_field(:, :)
     real(rk), allocatable :: field(:, :)
+    !> [length per unit of theta] G on all dofs, and [length/force] -H times each pattern of forces; shapes (n_dofs, n_terms) and
+    !> (n_dofs, n_patterns); empty without patterns
+    real(rk), allocatable :: whole_free_field(:, :)
+    real(rk), allocatable :: pattern_fields(:, :)
   end type tied_response_t
 
   !> The factored system, the status of the rows, and the wanted dofs.
@@ -48,6 +52,8 @@ module sig_tied
     integer, allocatable :: held(:)
     !> dofs whose displacements are wanted, natural
     integer, allocatable :: dofs(:)
+    !> [force] forces on the changing rows whose displacements of all dofs are wanted, shape (n_changing, n_patterns)
+    real(rk), allocatable :: patterns(:, :)
   end type tied_system_t
 
 contains
@@ -56,12 +62,14 @@ contains
   !> term, S and -H that to a unit force on each changing row. R and S have the force of each closed row and the opening of each
   !> other row, G and -H the displacements of the wanted dofs. The response is the same on all ranks of the system. If the tied
   !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
-  subroutine solve_tied(system, status, dofs, response, ierr)
+  subroutine solve_tied(system, status, dofs, patterns, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_closed, row_changing or row_open (sig_tied_data) of each row, shape (n_rows)
     integer, intent(in) :: status(:)
     !> dofs whose displacements are wanted, natural
     integer, intent(in) :: dofs(:)
+    !> [force] forces on the changing rows whose displacements of all dofs are wanted, shape (n_changing, n_patterns)
+    real(rk), intent(in) :: patterns(:, :)
     type(tied_response_t), intent(out) :: response
     PetscErrorCode, intent(out) :: ierr
     type(tied_system_t) :: tied
@@ -74,6 +82,7 @@ contains
     tied%status = status
     tied%held = [system%boundary%prescribed_dofs, pack(tied%form%bounded_dofs, status == row_closed)]
     tied%dofs = dofs
+    tied%patterns = patterns
     PetscCall(constrain(system, tied%form%matrix, tied%held, nothing, nothing, matrix, rhs, ierr))
     PetscCall(tied%linear_solver%factor(matrix, 'active_set_', ierr))
     response%reason = tied%linear_solver%reason
@@ -97,6 +106,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: forces(system%map%n_dofs, system%boundary%n_terms), values(system%map%n_dofs, system%boundary%n_terms)
     real(rk) :: bounds(size(tied%status), system%boundary%n_terms)
+    real(rk), allocatable :: fields(:, :)
     real(rk) :: prescribed(system%map%n_dofs)
     integer :: i
 
@@ -111,7 +121,10 @@ contains
       prescribed(tied%form%bounded_dofs) = bounds(:, i)
       values(tied%held, i) = prescribed(tied%held)
     end do
-    PetscCall(respond(system, tied, forces, values, response%free, response%free_field, ierr))
+    PetscCall(respond(system, tied, forces, values, response%free, fields, ierr))
+    response%free_field = fields(tied%dofs, :)
+    allocate (response%whole_free_field(size(fields, 1), 0))
+    if (size(tied%patterns, 2) > 0) response%whole_free_field = fields
     response%reason = tied%linear_solver%reason
     do i = 1, size(forces, 2)
       response%free(:, i) = response%free(:, i) + merge(0.0_rk, tied%form%norms * bounds(:, i), tied%status == row_closed)
@@ -132,6 +145,7 @@ contains
     ierr = 0
     changing = pack([(i, i=1, size(tied%status))], tied%status == row_changing)
     allocate (response%operator(size(tied%status), size(changing)), response%field(size(tied%dofs), size(changing)))
+    allocate (response%pattern_fields(system%map%n_dofs, size(tied%patterns, 2)), source=0.0_rk)
     do first = 1, size(changing), chunk
       last = min(first + chunk - 1, size(changing))
       allocate (forces(system%map%n_dofs, last - first + 1), values(system%map%n_dofs, last - first + 1), source=0.0_rk)
@@ -141,14 +155,15 @@ contains
       PetscCall(respond(system, tied, forces, values, rows, fields, ierr))
       if (tied%linear_solver%reason /= reason_converged) exit
       response%operator(:, first:last) = rows
-      response%field(:, first:last) = fields
+      response%field(:, first:last) = fields(tied%dofs, :)
+      call add_product(1.0_rk, fields, tied%patterns(first:last, :), response%pattern_fields)
       deallocate (forces, values)
     end do
     response%reason = tied%linear_solver%reason
   end subroutine solve_forces
 
-  !> Computes the forces of closed rows, minus the displacement along the other rows, and the displacements of the wanted dofs,
-  !> under forces on the unknowns of the bound form while some unknowns are held at given values. Collective.
+  !> Computes the forces of closed rows, minus the displacement along the other rows, and the displacements of all dofs, under
+  !> forces on the unknowns of the bound form while some unknowns are held at given values. Collective.
   subroutine respond(system, tied, forces, values, rows, fields, ierr)
     type(contact_system_t), intent(inout) :: system
     type(tied_system_t), intent(inout) :: tied
@@ -158,7 +173,7 @@ contains
     real(rk), intent(in) :: values(:, :)
     !> [force] in closed rows, [length] minus the part of B u on free dofs in the others, shape (n_rows, n_columns)
     real(rk), allocatable, intent(out) :: rows(:, :)
-    !> [length] shape (size(tied%dofs), n_columns)
+    !> [length] natural, shape (n_dofs, n_columns)
     real(rk), allocatable, intent(out) :: fields(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: local(:, :), rhs(:, :), unknowns(:, :), residual(:, :)
@@ -179,12 +194,12 @@ contains
     end associate
     PetscCall(system%share_columns(local, size(local, 2), unknowns, ierr))
     PetscCall(system%share_columns(rhs, size(rhs, 2), residual, ierr))
-    allocate (rows(size(tied%status), size(local, 2)), fields(size(tied%dofs), size(local, 2)))
+    allocate (rows(size(tied%status), size(local, 2)), fields(system%map%n_dofs, size(local, 2)))
     do i = 1, size(rows, 2)
       rows(:, i) = merge(tied%form%multipliers(residual(:, i)), -tied%form%norms * unknowns(tied%form%bounded_dofs, i), &
         tied%status == row_closed)
       call tied%form%to_displacement(system, unknowns(:, i))
-      fields(:, i) = unknowns(tied%dofs, i)
+      fields(:, i) = unknowns(:, i)
     end do
   end subroutine respond
 end module sig_tied

@@ -14,14 +14,16 @@ module sig_condensed_plan
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
     !> dofs with exact displacements, natural (order of the mesh file), ascending: all, none, or those of the named boundaries;
-    !> with type auto all where all_dofs_fit, else none
+    !> with type auto all or none (keeps_all_dofs)
     integer, allocatable :: exact_dofs(:)
     !> boundaries that the deck names
     type(string_t), allocatable :: boundaries(:)
-    !> the displacements of the other dofs are answered by POD modes
+    !> the displacements of the other dofs are answered by modes, or from compressed responses
     logical :: has_modes = .false.
   end type displacement_plan_t
 
+  !> [MB] responses of all nodes up to this size are kept as they are; compression would gain little
+  real(rk), parameter :: small_size = 64
   !> [MB] of one number
   real(rk), parameter :: number_size = 8.0e-6_rk
 
@@ -93,18 +95,37 @@ contains
     type(problem_t), intent(in) :: problem
     !> number of interpolation nodes at which these displacements are kept; default: one
     real(rk), intent(in), optional :: n_nodes
-    real(rk) :: fields_size
+    real(rk) :: n
 
-    associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes)
-      fields_size = number_size * n_dofs * (real(problem%rows%n_rows, rk) + problem%boundary%n_terms)
-      if (present(n_nodes)) fields_size = fields_size * n_nodes
-    end associate
-    all_dofs_fit = forces_size(problem) + fields_size <= problem%deck%reduction%max_full_order_size
+    n = 1
+    if (present(n_nodes)) n = n_nodes
+    all_dofs_fit = forces_size(problem) + n * fields_size(problem) <= problem%deck%reduction%max_full_order_size
   end function all_dofs_fit
 
+  !> [MB] Returns the memory for the displacements of all nodes per term and per contact row.
+  pure real(rk) function fields_size(problem)
+    type(problem_t), intent(in) :: problem
+
+    fields_size = number_size * problem%mesh%n_dim * problem%mesh%n_nodes * &
+      (real(problem%rows%n_rows, rk) + problem%boundary%n_driving_terms)
+  end function fields_size
+
+  !> Whether a model keeps the responses of all dofs as they are: where elastic constants vary (n_nodes is given), if they fit; else
+  !> if they fit and are small, or the deck wants no error (reduction.displacement_tolerance: 0).
+  pure logical function keeps_all_dofs(problem, n_nodes)
+    type(problem_t), intent(in) :: problem
+    !> as in all_dofs_fit
+    real(rk), intent(in), optional :: n_nodes
+
+    keeps_all_dofs = all_dofs_fit(problem, n_nodes)
+    if (present(n_nodes)) return
+    keeps_all_dofs = keeps_all_dofs .and. (fields_size(problem) <= small_size .or. &
+                                           .not. problem%deck%reduction%displacement_tolerance > 0)
+  end function keeps_all_dofs
+
   !> Returns at which dofs a condensed model answers displacements exactly, and whether modes answer them at the others. This
-  !> follows from reduction.displacement. With its type auto all dofs are exact where all_dofs_fit; otherwise none is exact, and
-  !> there are modes.
+  !> follows from reduction.displacement. With its type auto all dofs are exact where keeps_all_dofs; otherwise none is exact, and
+  !> there are modes or compressed responses.
   function plan_displacements(problem, n_nodes) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
@@ -114,8 +135,8 @@ contains
     integer :: i, n_dim
 
     associate (deck => problem%deck%reduction%displacement)
-      is_exact = deck%type == 'auto' .and. all_dofs_fit(problem, n_nodes)
-      plan%has_modes = deck%type == 'auto' .and. .not. all_dofs_fit(problem, n_nodes)
+      is_exact = deck%type == 'auto' .and. keeps_all_dofs(problem, n_nodes)
+      plan%has_modes = deck%type == 'auto' .and. .not. keeps_all_dofs(problem, n_nodes)
       allocate (plan%boundaries(size(deck%boundaries)))
       do i = 1, size(deck%boundaries)
         plan%boundaries(i)%text = deck%boundaries(i)%text
@@ -145,20 +166,16 @@ contains
   !> that the contact forces are enough.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
-    type(displacement_plan_t) :: plan
     character(:), allocatable :: kind, reason
 
     call choose_model_kind(problem, kind, reason)
     needs_displacements = problem%deck%greedy%is_used
-    if (kind == 'condensed') then
-      plan = plan_displacements(problem)
-      needs_displacements = needs_displacements .or. plan%has_modes
-    else if (kind == 'interpolated') then
+    if (kind == 'interpolated') then
       ! how much memory the nodes need is known only after the training
       associate (displacement => problem%deck%reduction%displacement)
         needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'
       end associate
-    else if (kind == 'hhr' .or. problem%deck%reduction%method == 'auto') then
+    else if (kind == 'hhr' .or. (kind == 'tied' .and. problem%deck%reduction%method == 'auto')) then
       ! method auto: hyper-reduction is used where the tied model is not possible
       needs_displacements = .true.
     end if

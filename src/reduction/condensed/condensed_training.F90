@@ -5,24 +5,21 @@
 module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
-  use sig_contact_responses, only: columns_at_once
-  use sig_contact_system, only: contact_system_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
+  use sig_contact_field_training, only: add_contact_field, measure_displacements
+  use sig_contact_responses, only: columns_at_once
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: multiply, transposed_product
+  use sig_linear_algebra, only: multiply
   use sig_log, only: log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
-  use sig_pod, only: decompose_contact_parts, pod_t
-  use sig_pod_rank, only: pod_rank
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reference_check, only: drop_inaccurate_references
   use sig_reference_sets, only: choose_references, start_sets_of
-  use sig_term_values, only: evaluate_points
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -84,7 +81,7 @@ contains
   subroutine train_condensed(full_order, snapshots, part, error, ierr)
     !> loaded problem
     type(full_order_t), intent(inout) :: full_order
-    !> full-order solutions; their displacements are needed only for modes
+    !> full-order solutions; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
     !> not allocated where the stiffness could not be factored
     class(reduced_t), allocatable, intent(out) :: part
@@ -96,13 +93,15 @@ contains
     plan = plan_displacements(full_order%problem)
     PetscCall(condense(full_order, plan, reduced, ierr))
     if (.not. allocated(reduced)) return
-    if (plan%has_modes) then
-      PetscCall(add_modes(full_order, snapshots, reduced, ierr))
-    end if
     reduced%start_sets = start_sets_of(snapshots%forces(), reduced%anchors)
     call measure_forces(snapshots%forces(), reduced)
     call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced, error)
     call drop_inaccurate_references(full_order%problem, snapshots, reduced)
+    if (plan%has_modes) then
+      PetscCall(add_contact_field(full_order, snapshots, reduced, ierr))
+    else if (size(plan%exact_dofs) > 0) then
+      call measure_displacements(full_order%problem, snapshots, reduced)
+    end if
     call move_alloc(reduced, part)
   end subroutine train_condensed
 
@@ -126,9 +125,11 @@ contains
       data%free_opening = condensed%free_opening
       data%anchors = condensed%anchors%rows
       data%scale = condensed%scale
+      data%free_energy = condensed%free_energy
+      data%shared_energy = condensed%shared_energy
       data%exact_dofs = plan%exact_dofs
       data%exact_boundaries = plan%boundaries
-      PetscCall(share_rows(team, condensed%free_response, problem%boundary%n_terms, plan%exact_dofs, data%free_response, ierr))
+      PetscCall(share_rows(team, condensed%free_response, size(condensed%free_response, 2), plan%exact_dofs, data%free_response, ierr))
       PetscCall(share_contact_response(team, condensed, plan%exact_dofs, data%contact_response, ierr))
     end associate
     PetscCall(agree(reduced, ierr))
@@ -184,85 +185,19 @@ contains
     PetscCall(sum_over_ranks(team%solver%system%comm, rows, ierr))
   end subroutine share_rows
 
-  !> Gives every rank W, q, G and H of the first rank, because groups of ranks condense on their own and may differ by rounding.
-  !> Collective on all ranks.
+  !> Gives every rank W, q, G, H and the energies of the first rank, because groups of ranks condense on their own and may differ by
+  !> rounding. Collective on all ranks.
   subroutine agree(data, ierr)
     class(condensed_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(broadcast_columns(data%compliance, PETSC_COMM_WORLD, ierr))
     PetscCall(broadcast_columns(data%free_opening, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(data%free_energy, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_columns(data%shared_energy, PETSC_COMM_WORLD, ierr))
     PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
     PetscCall(broadcast_columns(data%contact_response, PETSC_COMM_WORLD, ierr))
   end subroutine agree
-
-  !> Adds displacements of all nodes by POD modes: G of all dofs (in place of G of the exact dofs), the modes, and the coordinates
-  !> of H in them. Collective on all ranks.
-  subroutine add_modes(full_order, snapshots, data, ierr)
-    type(full_order_t), intent(inout) :: full_order
-    type(training_set_t), intent(in) :: snapshots
-    class(condensed_data_t), intent(inout) :: data
-    PetscErrorCode, intent(out) :: ierr
-    type(team_t), pointer :: team
-    type(condensed_t), pointer :: condensed
-    real(rk), allocatable :: own(:, :)
-
-    PetscCall(full_order%ready_team(team, ierr))
-    PetscCall(team%solver%condense(condensed, ierr))
-    associate (problem => full_order%problem, system => team%solver%system)
-      PetscCall(system%share_columns(condensed%free_response, problem%boundary%n_terms, data%free_response, ierr))
-      PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
-      PetscCall(find_modes(problem, snapshots, data, ierr))
-      own = data%basis(system%map%local_dofs, :)
-      PetscCall(project_contact_response(system, condensed, own, data%contact_coordinates, ierr))
-      PetscCall(broadcast_columns(data%contact_coordinates, PETSC_COMM_WORLD, ierr))
-    end associate
-  end subroutine add_modes
-
-  !> Computes the products of modes with the columns of H, on every rank. Collective on the ranks of the system.
-  subroutine project_contact_response(system, condensed, modes, coordinates, ierr)
-    type(contact_system_t), intent(in) :: system
-    type(condensed_t), intent(inout) :: condensed
-    !> rows of this rank, shape (n_local_dofs, n_modes)
-    real(rk), intent(in) :: modes(:, :)
-    !> shape (n_modes, n_multipliers)
-    real(rk), allocatable, intent(out) :: coordinates(:, :)
-    PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: columns(:, :)
-    integer :: first, last
-
-    ierr = 0
-    allocate (coordinates(size(modes, 2), system%rows%n_rows))
-    do first = 1, size(coordinates, 2), columns_at_once
-      last = min(first + columns_at_once - 1, size(coordinates, 2))
-      allocate (columns(size(modes, 1), last - first + 1))
-      PetscCall(condensed%respond_to_rows(system, first, last, columns, ierr))
-      coordinates(:, first:last) = transposed_product(modes, columns)
-      deallocate (columns)
-    end do
-    PetscCall(sum_over_ranks(system%comm, coordinates, ierr))
-  end subroutine project_contact_response
-
-  !> Sets data%basis to the POD modes (reduction.pod_tolerance) of u - G theta, the displacements by contact at the training points;
-  !> to one column of zeros if these are all 0. Collective on all ranks.
-  subroutine find_modes(problem, snapshots, data, ierr)
-    type(problem_t), intent(in) :: problem
-    type(training_set_t), intent(in) :: snapshots
-    !> free_response, which is G, must be set
-    class(condensed_data_t), intent(inout) :: data
-    PetscErrorCode, intent(out) :: ierr
-    type(pod_t) :: pod
-    real(rk), allocatable :: theta(:, :)
-    integer :: i_bad_point, i_bad_source
-
-    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    theta = theta(:size(data%free_response, 2), :)
-    PetscCall(decompose_contact_parts(snapshots, data%free_response, theta, .false., PETSC_COMM_WORLD, pod, ierr))
-    PetscCall(pod%left_vectors(pod_rank(pod%singular_values, problem%deck%reduction%pod_tolerance), data%basis, ierr))
-    PetscCall(pod%destroy(ierr))
-    ! without any mode the model would not keep G of all dofs, which alone gives the displacement here
-    if (size(data%basis, 2) == 0) data%basis = spread(0 * data%free_response(:, 1), 2, 1)
-  end subroutine find_modes
 
   !> Raises data%largest_size to the largest norm of the contact forces of one point in the norm of W, without the forces of the
   !> anchors.

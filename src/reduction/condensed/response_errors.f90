@@ -7,11 +7,10 @@
 !> round.
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
-  use sig_deck_config, only: parameter_config_t
   use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolated_displacement, only: n_modes_of, solve_modes
   use sig_kinds, only: rk
-  use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_probe_points, only: find_probes
   use sig_problem, only: problem_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
@@ -19,7 +18,7 @@ module sig_response_errors
   use sig_training_set, only: training_set_t
   implicit none(type, external)
   private
-  public :: measure_fields, measure_responses, nearest_of, probes_t
+  public :: measure_fields, measure_responses, probes_t
 
   !> Points in the box of the parameters, and the contact forces of the last round there.
   type :: probes_t
@@ -38,7 +37,6 @@ module sig_response_errors
     procedure :: compare
   end type probes_t
 
-  integer, parameter :: n_probes = 200
   !> [-] least factor by which the error is taken to become smaller in a round. A smaller measured factor means that training points
   !> are at interpolation nodes.
   real(rk), parameter :: fastest = 0.05_rk
@@ -119,44 +117,17 @@ contains
     end do
   end subroutine measure_fields
 
-  !> Chooses 200 probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
-  !> has no finite value are kept.
+  !> Chooses the probes (find_probes).
   subroutine create(self, problem, snapshots)
     class(probes_t), intent(out) :: self
     type(problem_t), intent(in) :: problem
     !> training points; queries at a probe start from the active set of the nearest one
     type(training_set_t), intent(in) :: snapshots
-    real(rk) :: points(size(problem%deck%parameters), n_probes)
-    integer :: i, i_bad_point, i_bad_source
 
-    points = latin_hypercube_points(size(points, 1), n_probes, 1)
-    associate (parameters => problem%deck%parameters)
-      do i = 1, n_probes
-        points(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * points(:, i)
-      end do
-      call evaluate_points(problem%terms, points, self%theta, i_bad_point, i_bad_source)
-      if (i_bad_point > 0) self%theta = self%theta(:, :i_bad_point - 1)
-      self%nearest = [(nearest_of(parameters, snapshots%parameters, points(:, i)), i=1, size(self%theta, 2))]
-    end associate
+    call find_probes(problem, snapshots%parameters, self%theta, self%nearest)
     allocate (self%forces(problem%rows%n_rows, size(self%theta, 2)), source=0.0_rk)
     allocate (self%is_answered(size(self%theta, 2)), source=.false.)
   end subroutine create
-
-  !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box; of equal ones
-  !> the first.
-  pure integer function nearest_of(parameters, points, point) result(nearest)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    !> shape (n_parameters, n_points)
-    real(rk), intent(in) :: points(:, :)
-    !> shape (n_parameters)
-    real(rk), intent(in) :: point(:)
-    real(rk) :: sides(size(point)), squares(size(points, 2))
-    integer :: i
-
-    sides = max(parameters%maximum - parameters%minimum, tiny(1.0_rk))
-    squares = [(sum(((points(:, i) - point) / sides)**2), i=1, size(points, 2))]
-    nearest = minloc(squares, dim=1)
-  end function nearest_of
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
   !> change times the factor by which measured_error of `reduced` became smaller (taken as at least 0.05 and at most 1). A change is

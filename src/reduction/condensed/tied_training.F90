@@ -9,16 +9,20 @@
 module sig_tied_training
   use sig_bits, only: pack_columns
   use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements
+  use sig_energy_modes, only: choose_combinations, product_of
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
-  use sig_log, only: log_info, log_warning
-  use sig_petsc_support, only: broadcast_columns
+  use sig_linear_algebra, only: transposed_product
+  use sig_log, only: log_info
+  use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
   use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets
+  use sig_singular_values, only: svd
+  use sig_term_values, only: evaluate_points
   use sig_text, only: counted, short_number, to_text
   use sig_tied, only: solve_tied, tied_response_t
   use sig_tied_data, only: row_changing, row_closed, row_open, tied_cluster_t, tied_data_t
@@ -36,7 +40,7 @@ module sig_tied_training
 contains
 
   !> Trains the model, unless the rows that may change need more memory than reduction.max_full_order_size or the tied stiffness
-  !> cannot be factored. Warns where reduction.displacement is auto or asks for modes, because this model has no displacement modes.
+  !> cannot be factored. Where reduction.displacement is auto or asks for modes, the displacements of each cluster are by modes.
   !> Collective on all ranks, with the same result on each.
   !>
   !> Errors: those of group_sets.
@@ -66,12 +70,9 @@ contains
     if (allocated(error) .or. reason /= '') return
     reduced%start_sets = pack_columns(sets)
     do i = 1, size(reduced%clusters)
-      PetscCall(fill_cluster(full_order, i, reduced, reason, ierr))
+      PetscCall(fill_cluster(full_order, i, snapshots, plan%has_modes, reduced, reason, ierr))
       if (reason /= '') return
     end do
-    if (plan%has_modes) call log_warning('this model is tied, because the matrix of all contacts takes more memory than ' // &
-      'reduction.max_full_order_size. It has no displacement modes. It answers displacements only on the boundaries that ' // &
-      'reduction.displacement names, with auto nowhere')
     call move_alloc(reduced, part)
   end subroutine train_tied
 
@@ -162,23 +163,34 @@ contains
   !> Computes the responses of cluster i with its closed rows tied, and logs how many of its rows may change, stay closed and stay
   !> open. Collective on all ranks; the results of the first rank are sent to all. The cluster has no responses where `reason` is
   !> not empty.
-  subroutine fill_cluster(full_order, i, data, reason, ierr)
+  subroutine fill_cluster(full_order, i, snapshots, has_modes, data, reason, ierr)
     type(full_order_t), intent(inout) :: full_order
     integer, intent(in) :: i
+    type(training_set_t), intent(in) :: snapshots
+    !> whether modes are wanted
+    logical, intent(in) :: has_modes
     class(tied_data_t), intent(inout) :: data
     !> why the problem with tied rows could not be factored or solved; empty where it could
     character(:), allocatable, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(tied_response_t) :: response
+    real(rk), allocatable :: forces(:, :), patterns(:, :)
+    integer :: k
 
     reason = ''
     associate (cluster => data%clusters(i))
       call log_info('cluster ' // to_text(i) // ': ' // counted(count(cluster%status == row_changing), 'contact') // &
         ' may change, ' // to_text(count(cluster%status == row_closed)) // ' stay closed, ' // &
         to_text(count(cluster%status == row_open)) // ' stay open')
+      associate (changing => pack([(k, k=1, size(cluster%status))], cluster%status == row_changing), &
+                 points => pack([(k, k=1, snapshots%n_snapshots())], data%cluster_of_point == i .and. has_modes))
+        forces = snapshots%forces()
+        forces = forces(changing, points)
+      end associate
+      patterns = principal_patterns(forces)
       PetscCall(full_order%ready_team(team, ierr))
-      PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, response, ierr))
+      PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, patterns, response, ierr))
       if (response%reason /= reason_converged) then
         reason = 'with the closed contacts tied, ' // reason_text(response%reason)
         return
@@ -191,6 +203,88 @@ contains
       PetscCall(broadcast_columns(cluster%operator, PETSC_COMM_WORLD, ierr))
       PetscCall(broadcast_columns(cluster%free_field, PETSC_COMM_WORLD, ierr))
       PetscCall(broadcast_columns(cluster%field, PETSC_COMM_WORLD, ierr))
+      if (size(patterns, 2) > 0) then
+        PetscCall(add_modes(full_order%problem, team, forces, patterns, response, cluster, ierr))
+        call measure_fields(full_order%problem, snapshots, i, forces, data)
+      end if
     end associate
   end subroutine fill_cluster
+
+  !> Returns an orthonormal basis of force patterns; a pattern of zeros if there are points but no forces.
+  function principal_patterns(forces) result(patterns)
+    !> [force] at the points of a cluster, shape (n_changing, n_points)
+    real(rk), intent(in) :: forces(:, :)
+    real(rk), allocatable :: patterns(:, :)
+    real(rk), allocatable :: u(:, :), s(:), vt(:, :)
+    real(rk), parameter :: rounding = 1.0e-12_rk
+
+    call svd(forces, u, s, vt)
+    patterns = u(:, :count(s > rounding * maxval([0.0_rk, s])))
+    if (size(patterns, 2) == 0 .and. size(forces, 2) > 0) patterns = spread(0 * forces(:, 1), 2, 1)
+  end function principal_patterns
+
+  !> Sets the modes of a cluster, which are orthonormal in the norm of K and span the displacements of the patterns, and its
+  !> energies. For forces lambda on the changing rows |H lambda|_K^2 = lambda'S lambda, because the tied rows do no work.
+  !> Collective.
+  subroutine add_modes(problem, team, forces, patterns, response, cluster, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    !> [force] at the points of the cluster, shape (n_changing, n_points)
+    real(rk), intent(in) :: forces(:, :)
+    !> of principal_patterns
+    real(rk), intent(in) :: patterns(:, :)
+    type(tied_response_t), intent(in) :: response
+    type(tied_cluster_t), intent(inout) :: cluster
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: combinations(:, :), compliance(:, :), driven(:, :), shared(:, :)
+    integer :: k
+
+    associate (changing => pack([(k, k=1, size(cluster%status))], cluster%status == row_changing), modes => cluster%modes)
+      compliance = cluster%operator(changing, :)
+      compliance = (compliance + transpose(compliance)) / 2
+      call choose_combinations(forces, compliance, combinations)
+      modes%modes = -product_of(response%pattern_fields, transposed_product(patterns, combinations))
+      PetscCall(broadcast_columns(modes%modes, PETSC_COMM_WORLD, ierr))
+      modes%coordinates = transposed_product(combinations, compliance)
+      PetscCall(broadcast_columns(modes%coordinates, PETSC_COMM_WORLD, ierr))
+      cluster%free_field = response%whole_free_field
+      PetscCall(broadcast_columns(cluster%free_field, PETSC_COMM_WORLD, ierr))
+      associate (system => team%solver%system, own => team%solver%system%map%local_dofs)
+        allocate (driven(size(own), problem%boundary%n_terms))
+        PetscCall(multiply_block(system%stiffness, cluster%free_field(own, :), driven, ierr))
+        cluster%free_energy = transposed_product(cluster%free_field(own, :), driven)
+        shared = transposed_product(modes%modes(own, :), driven)
+        PetscCall(sum_over_ranks(system%comm, cluster%free_energy, ierr))
+        PetscCall(sum_over_ranks(system%comm, shared, ierr))
+      end associate
+      cluster%shared_energy = transposed_product(modes%coordinates, shared)
+      PetscCall(broadcast_columns(cluster%free_energy, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%shared_energy, PETSC_COMM_WORLD, ierr))
+    end associate
+  end subroutine add_modes
+
+  !> Raises data%largest_field to the largest size of the displacement at the points of a cluster. Local.
+  subroutine measure_fields(problem, snapshots, i, forces, data)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    !> cluster, with its energies
+    integer, intent(in) :: i
+    !> [force] at the points of the cluster, shape (n_changing, n_points)
+    real(rk), intent(in) :: forces(:, :)
+    class(tied_data_t), intent(inout) :: data
+    real(rk), allocatable :: theta(:, :)
+    integer, allocatable :: points(:)
+    integer :: i_bad_point, i_bad_source, k
+    real(rk) :: square
+
+    points = pack([(k, k=1, snapshots%n_snapshots())], data%cluster_of_point == i)
+    call evaluate_points(problem%terms, snapshots%parameters(:, points), theta, i_bad_point, i_bad_source)
+    associate (cluster => data%clusters(i))
+      do k = 1, size(points)
+        square = sum(matmul(cluster%modes%coordinates, forces(:, k))**2) + dot_product(theta(:, k), &
+          matmul(cluster%free_energy, theta(:, k)) - 2 * matmul(forces(:, k), cluster%shared_energy))
+        data%largest_field = max(data%largest_field, sqrt(max(0.0_rk, square)))
+      end do
+    end associate
+  end subroutine measure_fields
 end module sig_tied_training

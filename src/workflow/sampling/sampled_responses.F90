@@ -26,7 +26,7 @@ module sig_sampled_responses
   use sig_reasons, only: reason_converged, reason_no_complementary_solution
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_interpolated, only: reduced_interpolated_t
-  use sig_response_errors, only: nearest_of
+  use sig_probe_points, only: nearest_of
   use sig_snapshot_store, only: snapshot_set_t
   use sig_solver_plan, only: fits_condensed
   use sig_text, only: counted, short_number, to_text

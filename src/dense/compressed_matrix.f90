@@ -1,0 +1,266 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A large matrix in blocks of single precision: near blocks are full, smooth ones are products of two narrow matrices.
+!>
+!> With its rows and columns ordered so that a block is an interval of both, the matrix is the sum of its blocks. A block of rank 0
+!> is full; one of rank k is L R' with L of shape (n_rows, k) and R of shape (n_columns, k). `values` has the blocks one after the
+!> other, column by column, L before R. Products are computed in double precision. The same numbers give the same bits.
+module sig_compressed_matrix
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_kinds, only: lk, rk, sk
+  implicit none(type, external)
+  private
+  public :: compressed_matrix_t
+
+  !> rows of the table `blocks`
+  integer, parameter, public :: first_row = 1, last_row = 2, first_column = 3, last_column = 4, block_rank = 5
+  integer, parameter, public :: block_entries = 5
+
+  !> Without blocks the matrix is zero, and with sizes 0 it is not there (is_empty).
+  type :: compressed_matrix_t
+    !> matrix row of each ordered row, a permutation of 1, 2, ...; shape (n_rows)
+    integer, allocatable :: row_order(:)
+    !> matrix column of each ordered column, likewise; shape (n_columns)
+    integer, allocatable :: column_order(:)
+    !> of each block: first and last ordered row and column, 1-based, and its rank; shape (block_entries, n_blocks)
+    integer, allocatable :: blocks(:, :)
+    real(sk), allocatable :: values(:)
+  contains
+    procedure :: complete
+    procedure :: is_empty
+    procedure :: fits
+    procedure :: add_product
+    procedure :: row_product
+    procedure :: columns_between
+    procedure :: size_in_bytes
+  end type compressed_matrix_t
+
+contains
+
+  !> Allocates with size 0 each array that is not allocated.
+  pure subroutine complete(self)
+    class(compressed_matrix_t), intent(inout) :: self
+
+    if (.not. allocated(self%row_order)) allocate (self%row_order(0))
+    if (.not. allocated(self%column_order)) allocate (self%column_order(0))
+    if (.not. allocated(self%blocks)) allocate (self%blocks(block_entries, 0))
+    if (.not. allocated(self%values)) allocate (self%values(0))
+  end subroutine complete
+
+  !> Whether there is no matrix. Requires: complete.
+  pure logical function is_empty(self)
+    class(compressed_matrix_t), intent(in) :: self
+
+    is_empty = size(self%row_order) == 0
+  end function is_empty
+
+  !> Whether the data are those of a matrix of this shape with finite values, or of none (is_empty). Requires: complete.
+  pure logical function fits(self, n_rows, n_columns)
+    class(compressed_matrix_t), intent(in) :: self
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_columns
+    integer :: i
+    integer(lk) :: n_values
+
+    fits = size(self%blocks, 1) == block_entries
+    if (.not. fits) return
+    if (self%is_empty()) then
+      fits = size(self%column_order) == 0 .and. size(self%blocks, 2) == 0 .and. size(self%values) == 0
+      return
+    end if
+    fits = is_permutation(self%row_order, n_rows) .and. is_permutation(self%column_order, n_columns)
+    n_values = 0
+    do i = 1, size(self%blocks, 2)
+      if (.not. fits) return
+      associate (block => self%blocks(:, i))
+        fits = block(first_row) >= 1 .and. block(first_row) <= block(last_row) .and. block(last_row) <= n_rows .and. &
+          block(first_column) >= 1 .and. block(first_column) <= block(last_column) .and. block(last_column) <= n_columns .and. &
+          block(block_rank) >= 0 .and. block(block_rank) <= n_columns
+        n_values = n_values + n_values_of(block)
+      end associate
+    end do
+    fits = fits .and. n_values == size(self%values, kind=lk) .and. all(ieee_is_finite(self%values))
+  end function fits
+
+  !> Whether the numbers are 1, 2, ..., n in any order.
+  pure logical function is_permutation(numbers, n)
+    integer, intent(in) :: numbers(:)
+    integer, intent(in) :: n
+    logical :: is_there(n)
+
+    is_permutation = size(numbers) == n .and. all(numbers >= 1 .and. numbers <= n)
+    if (.not. is_permutation) return
+    is_there = .false.
+    is_there(numbers) = .true.
+    is_permutation = all(is_there)
+  end function is_permutation
+
+  !> Returns how many values a block has.
+  pure integer(lk) function n_values_of(block) result(n)
+    !> column of the table `blocks`
+    integer, intent(in) :: block(:)
+    integer(lk) :: n_rows, n_columns
+
+    n_rows = block(last_row) - block(first_row) + 1
+    n_columns = block(last_column) - block(first_column) + 1
+    n = n_rows * n_columns
+    if (block(block_rank) > 0) n = block(block_rank) * (n_rows + n_columns)
+  end function n_values_of
+
+  !> Computes y = y + alpha A x. Blocks whose columns belong to zeros of x are not read.
+  subroutine add_product(self, alpha, x, y)
+    class(compressed_matrix_t), intent(in) :: self
+    real(rk), intent(in) :: alpha
+    !> shape (n_columns)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> shape (n_rows)
+    real(rk), contiguous, intent(inout) :: y(:)
+    real(rk) :: ordered(size(self%column_order)), sum_of_rows(size(self%row_order))
+    integer :: i
+    integer(lk) :: at
+
+    ordered = alpha * x(self%column_order)
+    sum_of_rows = 0
+    at = 0
+    do i = 1, size(self%blocks, 2)
+      associate (block => self%blocks(:, i))
+        associate (part => ordered(block(first_column):block(last_column)), n => n_values_of(block))
+          if (any(abs(part) > 0)) call add_block(block, self%values(at + 1:at + n), part, &
+            sum_of_rows(block(first_row):block(last_row)))
+          at = at + n
+        end associate
+      end associate
+    end do
+    y(self%row_order) = y(self%row_order) + sum_of_rows
+  end subroutine add_product
+
+  !> Adds the product of one block and its part of the vector.
+  pure subroutine add_block(block, values, x, y)
+    integer, intent(in) :: block(:)
+    !> values of this block
+    real(sk), intent(in), contiguous :: values(:)
+    real(rk), intent(in), contiguous :: x(:)
+    real(rk), intent(inout), contiguous :: y(:)
+    real(rk) :: coordinates(block(block_rank))
+
+    if (block(block_rank) == 0) then
+      call add_columns(values, x, y)
+    else
+      associate (n_left => size(y) * block(block_rank))
+        call fill_coordinates(values(n_left + 1:), x, coordinates)
+        call add_columns(values(:n_left), coordinates, y)
+      end associate
+    end if
+  end subroutine add_block
+
+  !> Computes y = y + A x for a full matrix in single precision.
+  pure subroutine add_columns(values, x, y)
+    !> the matrix column by column, shape (size(y) * size(x))
+    real(sk), intent(in), contiguous :: values(:)
+    real(rk), intent(in), contiguous :: x(:)
+    real(rk), intent(inout), contiguous :: y(:)
+    integer :: i, n
+
+    n = size(y)
+    do i = 1, size(x)
+      if (abs(x(i)) > 0) y = y + x(i) * values((i - 1) * n + 1:i * n)
+    end do
+  end subroutine add_columns
+
+  !> Computes R'x.
+  pure subroutine fill_coordinates(right, x, coordinates)
+    !> R column by column, shape (size(x) * size(coordinates))
+    real(sk), intent(in), contiguous :: right(:)
+    real(rk), intent(in), contiguous :: x(:)
+    real(rk), intent(out), contiguous :: coordinates(:)
+    integer :: i, n
+
+    n = size(x)
+    do i = 1, size(coordinates)
+      coordinates(i) = sum(right((i - 1) * n + 1:i * n) * x)
+    end do
+  end subroutine fill_coordinates
+
+  !> Returns one row of A times x. Cost: it looks at all entries of `blocks`, and computes with those of this row.
+  pure real(rk) function row_product(self, row, x) result(value)
+    class(compressed_matrix_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: row
+    !> shape (n_columns)
+    real(rk), intent(in) :: x(:)
+    integer :: i, place
+    integer(lk) :: at
+
+    place = findloc(self%row_order, row, dim=1)
+    value = 0
+    at = 0
+    do i = 1, size(self%blocks, 2)
+      associate (block => self%blocks(:, i))
+        associate (n => n_values_of(block))
+          if (place >= block(first_row) .and. place <= block(last_row)) value = value + row_of_block(block, &
+            self%values(at + 1:at + n), place - block(first_row) + 1, x(self%column_order(block(first_column):block(last_column))))
+          at = at + n
+        end associate
+      end associate
+    end do
+  end function row_product
+
+  !> Returns one row of a block times its part of the vector.
+  pure real(rk) function row_of_block(block, values, row, x) result(value)
+    integer, intent(in) :: block(:)
+    real(sk), intent(in), contiguous :: values(:)
+    !> row of the block, 1-based
+    integer, intent(in) :: row
+    real(rk), intent(in), contiguous :: x(:)
+    real(rk) :: coordinates(block(block_rank))
+    integer :: n
+
+    n = block(last_row) - block(first_row) + 1
+    if (block(block_rank) == 0) then
+      value = sum(values(row::n) * x)
+    else
+      call fill_coordinates(values(n * block(block_rank) + 1:), x, coordinates)
+      value = sum(values(row:n * block(block_rank):n) * coordinates)
+    end if
+  end function row_of_block
+
+  !> Returns an interval of the ordered columns, complete, of which the blocks of the interval are made.
+  pure function columns_between(self, first, last) result(columns)
+    class(compressed_matrix_t), intent(in) :: self
+    !> first and last ordered column, 1-based; no block lies on both sides of one of these borders
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    !> shape (n_rows, last - first + 1)
+    real(rk), allocatable :: columns(:, :)
+    integer :: i, n_left, n_rows
+    integer(lk) :: at
+
+    allocate (columns(size(self%row_order), last - first + 1), source=0.0_rk)
+    at = 0
+    do i = 1, size(self%blocks, 2)
+      associate (block => self%blocks(:, i))
+        if (block(first_column) >= first .and. block(last_column) <= last) then
+          n_rows = block(last_row) - block(first_row) + 1
+          n_left = n_rows * block(block_rank)
+          associate (rows => self%row_order(block(first_row):block(last_row)), &
+                     values => self%values(at + 1:at + n_values_of(block)), &
+                     n => block(last_column) - block(first_column) + 1, k => block(first_column) - first)
+            if (block(block_rank) == 0) then
+              columns(rows, k + 1:k + n) = reshape(values, [n_rows, n])
+            else
+              columns(rows, k + 1:k + n) = matmul(reshape(real(values(:n_left), rk), [n_rows, block(block_rank)]), &
+                transpose(reshape(real(values(n_left + 1:), rk), [n, block(block_rank)])))
+            end if
+          end associate
+        end if
+        at = at + n_values_of(block)
+      end associate
+    end do
+  end function columns_between
+
+  !> Returns the number of bytes that `values` take.
+  pure integer(lk) function size_in_bytes(self)
+    class(compressed_matrix_t), intent(in) :: self
+
+    size_in_bytes = storage_size(1.0_sk, lk) / 8 * size(self%values, kind=lk)
+  end function size_in_bytes
+end module sig_compressed_matrix

@@ -1,0 +1,251 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The displacements H z of all dofs that contact forces cause, with a bound of their error in the norm of the stiffness K.
+!>
+!> H = K^-1 B' has too many numbers for large parts. So it is kept by modes or in compressed form. Motions of anchors, which are
+!> rigid motions, are exact in both. Let z be the unknowns and C = B H, so that |H z|_K^2 = z'C z without the anchors.
+!>
+!> By modes: H z is nearly Phi a with a = A z, where Phi = H S are orthonormal in the norm of K and A = S'C. This is the projection
+!> of H z, so that the error is known: |H z - Phi a|_K^2 = z'C z - |a|^2.
+!>
+!> Compressed: H is kept in blocks of single precision (sig_compressed_matrix). Of each group J of columns, training knows the
+!> largest error e_J relative to |H_J z_J|_K, so that the error is at most sum_J e_J sqrt(z_J' C_JJ z_J).
+module sig_contact_field
+  use sig_compressed_matrix, only: compressed_matrix_t, last_column
+  use sig_description_line, only: modes_text
+  use sig_errors, only: error_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
+  use sig_missing_parts, only: fill_missing
+  use sig_shape_checks, only: is_ascending, is_matrix
+  use sig_text, only: short_number
+  implicit none(type, external)
+  private
+  public :: contact_field_t
+
+  type :: contact_field_t
+    !> [length/force] columns of H that belong to anchors, shape (n_dofs, n_anchors)
+    real(rk), allocatable :: motions(:, :)
+    !> [length/sqrt(force*length)] Phi, shape (n_dofs, n_modes)
+    real(rk), allocatable :: modes(:, :)
+    !> [sqrt(force*length)/force] A, shape (n_modes, n_multipliers); zero in the columns of anchors
+    real(rk), allocatable :: coordinates(:, :)
+    !> [length/force] H, shape (n_dofs, n_multipliers); without the columns of anchors, which have no blocks
+    type(compressed_matrix_t) :: responses
+    !> last ordered column of each group of columns, ascending; shape (n_groups)
+    integer, allocatable :: group_ends(:)
+    !> [-] e_J of each group, shape (n_groups)
+    real(rk), allocatable :: group_errors(:)
+  contains
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: is_there
+    procedure :: subtract_from
+    procedure :: dof_value
+    procedure :: motion_of_dof
+    procedure :: error_of
+    procedure :: describe
+    procedure :: write
+    procedure :: read
+  end type contact_field_t
+
+contains
+
+  !> Allocates with size 0 each array that is not allocated.
+  pure subroutine complete(self, n_dofs, n_multipliers)
+    class(contact_field_t), intent(inout) :: self
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+
+    call fill_missing(self%motions, n_dofs)
+    call fill_missing(self%modes, n_dofs)
+    if (.not. allocated(self%coordinates)) allocate (self%coordinates(0, n_multipliers))
+    call self%responses%complete()
+    call fill_missing(self%group_ends)
+    call fill_missing(self%group_errors)
+  end subroutine complete
+
+  !> Returns the name of an array whose shape or values do not fit; empty when all fit. Requires: complete.
+  pure function mismatch(self, n_dofs, n_multipliers, n_anchors) result(name)
+    class(contact_field_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+    integer, intent(in) :: n_multipliers
+    integer, intent(in) :: n_anchors
+    character(:), allocatable :: name
+
+    name = ''
+    if (.not. is_matrix(self%motions, n_dofs, merge(n_anchors, 0, self%is_there()))) name = 'motions'
+    if (.not. is_matrix(self%modes, n_dofs, size(self%coordinates, 1))) name = 'modes'
+    if (.not. is_matrix(self%coordinates, size(self%modes, 2), n_multipliers)) name = 'coordinates'
+    if (.not. self%responses%fits(n_dofs, n_multipliers)) name = 'responses'
+    if (.not. are_groups(self, n_multipliers)) name = 'group_ends'
+    if (size(self%group_errors) /= size(self%group_ends) .or. .not. all(self%group_errors >= 0)) name = 'group_errors'
+  end function mismatch
+
+  !> Whether the groups are intervals of columns.
+  pure logical function are_groups(self, n_multipliers)
+    class(contact_field_t), intent(in) :: self
+    integer, intent(in) :: n_multipliers
+
+    are_groups = all(self%group_ends >= 1 .and. self%group_ends <= n_multipliers) .and. is_ascending(self%group_ends)
+    if (self%responses%is_empty()) are_groups = size(self%group_ends) == 0
+    if (size(self%responses%blocks, 2) > 0 .and. are_groups) &
+      are_groups = maxval(self%responses%blocks(last_column, :)) <= maxval([0, self%group_ends])
+  end function are_groups
+
+  !> Whether there are modes or compressed responses. Requires: complete.
+  pure logical function is_there(self)
+    class(contact_field_t), intent(in) :: self
+
+    is_there = size(self%modes, 2) > 0 .or. .not. self%responses%is_empty()
+  end function is_there
+
+  !> Computes displacement = displacement - H z.
+  subroutine subtract_from(self, anchors, unknowns, displacement)
+    class(contact_field_t), intent(in) :: self
+    !> rows that are anchors, 1-based
+    integer, intent(in) :: anchors(:)
+    !> [force] z, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [length] shape (n_dofs)
+    real(rk), contiguous, intent(inout) :: displacement(:)
+    real(rk) :: place(size(self%modes, 2))
+
+    call multiply(-1.0_rk, self%motions, unknowns(anchors), 1.0_rk, displacement)
+    if (self%responses%is_empty()) then
+      call multiply(1.0_rk, self%coordinates, unknowns, 0.0_rk, place)
+      call multiply(-1.0_rk, self%modes, place, 1.0_rk, displacement)
+    else
+      call self%responses%add_product(-1.0_rk, unknowns, displacement)
+    end if
+  end subroutine subtract_from
+
+  !> Returns H z [length] of one dof, 1-based.
+  pure real(rk) function dof_value(self, anchors, unknowns, dof) result(value)
+    class(contact_field_t), intent(in) :: self
+    integer, intent(in) :: anchors(:)
+    real(rk), intent(in) :: unknowns(:)
+    integer, intent(in) :: dof
+    integer :: i
+
+    value = dot_product(self%motions(dof, :), unknowns(anchors))
+    if (.not. self%responses%is_empty()) value = value + self%responses%row_product(dof, unknowns)
+    do i = 1, size(self%modes, 2)
+      value = value + self%modes(dof, i) * dot_product(self%coordinates(i, :), unknowns)
+    end do
+  end function dof_value
+
+  !> Returns the columns of H of the anchors at one dof, 1-based; shape (n_anchors).
+  pure function motion_of_dof(self, dof) result(motion)
+    class(contact_field_t), intent(in) :: self
+    integer, intent(in) :: dof
+    real(rk) :: motion(size(self%motions, 2))
+
+    motion = self%motions(dof, :)
+  end function motion_of_dof
+
+  !> Returns a bound [sqrt(force*length)] of the error of H z in the norm of K; 0 if there are neither modes nor responses. By modes
+  !> it is the error itself, but at least 1e-8 of the size of H z: below this it would be lost in rounding.
+  pure real(rk) function error_of(self, compliance, unknowns, energy) result(error)
+    class(contact_field_t), intent(in) :: self
+    !> [length/force] C in the rows and columns that are not anchors, shape (n_multipliers, n_multipliers)
+    real(rk), intent(in) :: compliance(:, :)
+    !> [force] z, shape (n_multipliers)
+    real(rk), intent(in) :: unknowns(:)
+    !> [force*length] z'C z without the anchors
+    real(rk), intent(in) :: energy
+    real(rk) :: place(size(self%modes, 2))
+    integer :: i, first
+
+    error = 0
+    if (size(self%modes, 2) > 0) then
+      place = 0
+      do i = 1, size(unknowns)
+        if (abs(unknowns(i)) > 0) place = place + self%coordinates(:, i) * unknowns(i)
+      end do
+      error = sqrt(max(energy - sum(place**2), epsilon(energy) * energy, 0.0_rk))
+    end if
+    first = 1
+    do i = 1, size(self%group_ends)
+      associate (rows => self%responses%column_order(first:self%group_ends(i)))
+        if (any(abs(unknowns(rows)) > 0)) error = error + self%group_errors(i) * size_of_group(compliance, rows, unknowns)
+      end associate
+      first = self%group_ends(i) + 1
+    end do
+  end function error_of
+
+  !> Returns sqrt(z_J' C_JJ z_J) [sqrt(force*length)] of some rows J.
+  pure real(rk) function size_of_group(compliance, rows, unknowns) result(size_of)
+    real(rk), intent(in) :: compliance(:, :)
+    integer, intent(in) :: rows(:)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk) :: energy
+    integer :: i
+
+    energy = 0
+    do i = 1, size(rows)
+      if (abs(unknowns(rows(i))) > 0) energy = energy + unknowns(rows(i)) * sum(compliance(rows, rows(i)) * unknowns(rows))
+    end do
+    size_of = sqrt(max(0.0_rk, energy))
+  end function size_of_group
+
+  !> Returns how the displacements are kept, for descriptions; empty if there are neither modes nor responses.
+  pure function describe(self) result(text)
+    class(contact_field_t), intent(in) :: self
+    character(:), allocatable :: text
+    real(rk), parameter :: megabyte = 1.0e6_rk
+
+    text = modes_text(size(self%modes, 2))
+    if (.not. self%responses%is_empty()) text = 'from compressed responses (' // &
+      short_number(self%responses%size_in_bytes() / megabyte, 2) // ' MB)'
+  end function describe
+
+  !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
+  subroutine write(self, file, group, length, force)
+    class(contact_field_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    !> names of the units
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+    character(:), allocatable :: energy_root
+
+    energy_root = 'sqrt(' // force // '*' // length // ')'
+    call file%write(group // '/motions', self%motions, length // '/(' // force // ')', &
+      'minus the displacement of all dofs for the unknown 1 of each anchor, an anchor per row')
+    call file%write(group // '/modes', self%modes, length // '/' // energy_root, &
+      'modes of the displacement under contact forces, orthonormal in the norm of the stiffness; a mode per row')
+    call file%write(group // '/coordinates', self%coordinates, energy_root // '/(' // force // ')', &
+      'coordinate of each mode in minus the displacement under a unit contact force, a contact per row')
+    call file%write(group // '/row_order', self%responses%row_order, description= &
+      'dof of each ordered row of the compressed responses, 1-based')
+    call file%write(group // '/column_order', self%responses%column_order, description= &
+      'contact of each ordered column of the compressed responses, 1-based')
+    call file%write(group // '/blocks', self%responses%blocks, description= &
+      'first and last ordered row and column (1-based) and rank of each block of the compressed responses, a block per row')
+    call file%write(group // '/values', self%responses%values, length // '/(' // force // ')', 'blocks one after the other, ' // &
+      'column by column: the block if its rank is 0, else its left and right factor')
+    call file%write(group // '/group_ends', self%group_ends, description='last ordered column of each group of columns, 1-based')
+    call file%write(group // '/group_errors', self%group_errors, '1', &
+      'largest error of each group in the norm of the stiffness, relative to its displacements')
+  end subroutine write
+
+  !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
+  subroutine read(self, file, group, error)
+    class(contact_field_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call file%read(group // '/motions', self%motions, error)
+    call file%read(group // '/modes', self%modes, error)
+    call file%read(group // '/coordinates', self%coordinates, error)
+    call file%read(group // '/row_order', self%responses%row_order, error)
+    call file%read(group // '/column_order', self%responses%column_order, error)
+    call file%read(group // '/blocks', self%responses%blocks, error)
+    call file%read(group // '/values', self%responses%values, error)
+    call file%read(group // '/group_ends', self%group_ends, error)
+    call file%read(group // '/group_errors', self%group_errors, error)
+  end subroutine read
+end module sig_contact_field

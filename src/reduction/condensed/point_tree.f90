@@ -1,0 +1,118 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A tree of points that are halved along the longest side of their box again and again, so that near points stand near each other.
+module sig_point_tree
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: point_tree_t
+
+  !> Intervals of the ordered points. A leaf has no children. Children come before their parent.
+  type :: point_tree_t
+    !> number of each ordered point, 1-based; shape (n_points)
+    integer, allocatable :: order(:)
+    !> first and last ordered point of each interval, shape (n_intervals)
+    integer, allocatable :: first(:)
+    integer, allocatable :: last(:)
+    !> the two halves of each interval, 0 for a leaf; shape (2, n_intervals)
+    integer, allocatable :: children(:, :)
+    !> intervals that belong to no other, shape (n_groups)
+    integer, allocatable :: roots(:)
+  contains
+    procedure :: create
+  end type point_tree_t
+
+contains
+
+  !> Builds the tree of each group of points, one after the other. Points with the same place keep the order of their numbers.
+  subroutine create(self, points, groups, most_in_leaf)
+    class(point_tree_t), intent(out) :: self
+    !> [length] shape (n_dim, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> group of each point: 1, 2, ..., without gaps; shape (n_points)
+    integer, intent(in) :: groups(:)
+    !> largest number of points in a leaf
+    integer, intent(in) :: most_in_leaf
+    integer :: i, k, n, n_before
+
+    allocate (self%order(size(groups)))
+    allocate (self%first(2 * size(groups)), self%last(2 * size(groups)), self%children(2, 2 * size(groups)))
+    allocate (self%roots(maxval([0, groups])))
+    n = 0
+    n_before = 0
+    do k = 1, size(self%roots)
+      associate (own => pack([(i, i=1, size(groups))], groups == k))
+        self%order(n_before + 1:n_before + size(own)) = own
+        call halve(self, points, n_before + 1, n_before + size(own), most_in_leaf, n)
+        n_before = n_before + size(own)
+      end associate
+      self%roots(k) = n
+    end do
+    self%first = self%first(:n)
+    self%last = self%last(:n)
+    self%children = self%children(:, :n)
+  end subroutine create
+
+  !> Adds an interval and all below it. On return n is its number.
+  pure recursive subroutine halve(self, points, first, last, most_in_leaf, n)
+    class(point_tree_t), intent(inout) :: self
+    real(rk), intent(in) :: points(:, :)
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    integer, intent(in) :: most_in_leaf
+    !> number of intervals
+    integer, intent(inout) :: n
+    integer :: axis, children(2), middle
+
+    children = 0
+    if (last - first + 1 > most_in_leaf) then
+      associate (own => points(:, self%order(first:last)))
+        axis = maxloc(maxval(own, dim=2) - minval(own, dim=2), dim=1)
+      end associate
+      call sort(points(axis, :), self%order(first:last))
+      middle = (first + last) / 2
+      call halve(self, points, first, middle, most_in_leaf, n)
+      children(1) = n
+      call halve(self, points, middle + 1, last, most_in_leaf, n)
+      children(2) = n
+    end if
+    n = n + 1
+    self%first(n) = first
+    self%last(n) = last
+    self%children(:, n) = children
+  end subroutine halve
+
+  !> Sorts numbers of points by their coordinate, equal ones by their number (merge sort).
+  pure recursive subroutine sort(coordinates, numbers)
+    real(rk), intent(in) :: coordinates(:)
+    integer, intent(inout) :: numbers(:)
+    integer :: left(size(numbers) / 2), right(size(numbers) - size(numbers) / 2)
+    integer :: i, i_left, i_right
+
+    if (size(numbers) < 2) return
+    left = numbers(:size(left))
+    right = numbers(size(left) + 1:)
+    call sort(coordinates, left)
+    call sort(coordinates, right)
+    i_left = 1
+    i_right = 1
+    do i = 1, size(numbers)
+      if (takes_left(i_left, i_right)) then
+        numbers(i) = left(i_left)
+        i_left = i_left + 1
+      else
+        numbers(i) = right(i_right)
+        i_right = i_right + 1
+      end if
+    end do
+  contains
+    pure logical function takes_left(i_left, i_right)
+      integer, intent(in) :: i_left, i_right
+
+      takes_left = i_right > size(right)
+      if (i_left > size(left) .or. takes_left) return
+      associate (a => coordinates(left(i_left)), b => coordinates(right(i_right)))
+        takes_left = a < b .or. (.not. b < a .and. left(i_left) < right(i_right))
+      end associate
+    end function takes_left
+  end subroutine sort
+end module sig_point_tree

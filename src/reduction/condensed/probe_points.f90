@@ -1,0 +1,56 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Points in the box of the parameters at which training asks a model, beside the training points. They do not depend on the deck.
+module sig_probe_points
+  use sig_deck_config, only: parameter_config_t
+  use sig_kinds, only: rk
+  use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_problem, only: problem_t
+  use sig_term_values, only: evaluate_points
+  implicit none(type, external)
+  private
+  public :: find_probes, nearest_of
+
+  integer, parameter :: n_probes = 200
+
+contains
+
+  !> Chooses 200 probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
+  !> has no finite value are kept.
+  subroutine find_probes(problem, training_points, theta, nearest)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: training_points(:, :)
+    !> values of the terms, shape (n_terms, n_probes)
+    real(rk), allocatable, intent(out) :: theta(:, :)
+    !> number of the nearest training point of each probe, from whose active set a query starts; shape (n_probes)
+    integer, allocatable, intent(out) :: nearest(:)
+    real(rk) :: points(size(problem%deck%parameters), n_probes)
+    integer :: i, i_bad_point, i_bad_source
+
+    points = latin_hypercube_points(size(points, 1), n_probes, 1)
+    associate (parameters => problem%deck%parameters)
+      do i = 1, n_probes
+        points(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * points(:, i)
+      end do
+      call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+      if (i_bad_point > 0) theta = theta(:, :i_bad_point - 1)
+      nearest = [(nearest_of(parameters, training_points, points(:, i)), i=1, size(theta, 2))]
+    end associate
+  end subroutine find_probes
+
+  !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box; of equal ones
+  !> the first.
+  pure integer function nearest_of(parameters, points, point) result(nearest)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: sides(size(point)), squares(size(points, 2))
+    integer :: i
+
+    sides = max(parameters%maximum - parameters%minimum, tiny(1.0_rk))
+    squares = [(sum(((points(:, i) - point) / sides)**2), i=1, size(points, 2))]
+    nearest = minloc(squares, dim=1)
+  end function nearest_of
+end module sig_probe_points

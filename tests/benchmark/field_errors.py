@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Errors of displacements and stresses of default models, with their size and the time of queries.
+
+build/venv/bin/python tests/benchmark/field_errors.py [NAME ...]   (default: all of CASES)
+"""
+
+import csv
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from timing import load_text
+
+from signorom_post import Model
+
+ROOT = Path(__file__).resolve().parents[2]
+PROGRAM = ROOT / "build" / "release" / "signorom"
+SHIPPED = ("indenter", "flange", "bracket", "saddle", "angle_bracket")
+#: name: model and mesh width at the contact over that of the disc
+DISCS = {"disc": ("plane_strain", 0.1), "disc_in_the_round": ("axisymmetric", 0.1)}
+CASES = (*DISCS, *SHIPPED)
+# A disc, or a sphere, of radius 50 mm between two plates; only the half with x > 0.
+GEOMETRY = """\
+SetFactory("OpenCASCADE");
+Disk(1) = {{0, 0, 0, 50}};
+Rectangle(2) = {{0, -70, 0, 60, 20}};
+Rectangle(3) = {{0, 50, 0, 60, 20}};
+Rectangle(4) = {{-60, -60, 0, 60, 120}};
+BooleanDifference{{ Surface{{1}}; Delete; }}{{ Surface{{4}}; Delete; }}
+e = 0.01;
+Physical Surface("disc") = {{1}};
+Physical Surface("lower") = {{2}};
+Physical Surface("upper") = {{3}};
+axis() = Curve In BoundingBox{{-e, -50 - e, -e, e, 50 + e, e}};
+Physical Curve("axis") = axis();
+rim() = Abs(Boundary{{ Surface{{1}}; }});
+rim() -= axis();
+Physical Curve("rim") = rim();
+Physical Curve("lower_face") = Curve In BoundingBox{{-e, -50 - e, -e, 60 + e, -50 + e, e}};
+Physical Curve("upper_face") = Curve In BoundingBox{{-e, 50 - e, -e, 60 + e, 50 + e, e}};
+Physical Curve("bottom") = Curve In BoundingBox{{-e, -70 - e, -e, 60 + e, -70 + e, e}};
+Physical Curve("top") = Curve In BoundingBox{{-e, 70 - e, -e, 60 + e, 70 + e, e}};
+lower_axis() = Curve In BoundingBox{{-e, -70 - e, -e, e, -50 + e, e}};
+upper_axis() = Curve In BoundingBox{{-e, 50 - e, -e, e, 70 + e, e}};
+Physical Curve("plate_axes") = {{lower_axis(), upper_axis()}};
+Field[1] = MathEval;
+Field[1].F = "{width} + 0.018 * sqrt(x^2 + (abs(y) - 50)^2)";
+Background Field = 1;
+Mesh.MeshSizeExtendFromBoundary = 0;
+Mesh.MeshSizeFromPoints = 0;
+"""
+DECK = """\
+title: A disc between two plates
+units: {{length: mm, force: N}}
+mesh: {{file: disc.msh, model: {model}}}
+parameters: {{d: {{min: 1.0e-5, max: 0.2, unit: mm}}}}
+materials:
+  disc: {{regions: [disc], young_modulus: 210.0e3, poisson_ratio: 0.3}}
+  plates: {{regions: [lower, upper], young_modulus: 70.0e3, poisson_ratio: 0.3}}
+boundary_conditions:
+  - {{boundary: bottom, displacement: {{{x}: 0, {y}: 0}}}}
+  - {{boundary: top, displacement: {{{x}: 0, {y}: -d}}}}
+  - {{boundary: axis, displacement: {{{x}: 0}}}}
+  - {{boundary: plate_axes, displacement: {{{x}: 0}}}}
+contact:
+  - {{first: rim, second: lower_face}}
+  - {{first: rim, second: upper_face}}
+training: {{grid: {{d: 12}}}}
+test: {{latin_hypercube: 50}}
+reduction: {{fields: true}}
+"""
+
+
+def write_deck(folder, name):
+    """The deck of a case, with fields."""
+    if name in DISCS:
+        model, width = DISCS[name]
+        (folder / "disc.geo").write_text(GEOMETRY.format(width=width))
+        subprocess.run(["gmsh", "-2", "-v", "1", "-format", "msh41", "disc.geo"], cwd=folder, check=True)
+        x, y = ("x", "y") if model == "plane_strain" else ("r", "z")
+        text = DECK.format(model=model, x=x, y=y)
+    else:
+        text = (ROOT / "input" / f"{name}.yaml").read_text().replace("../meshes/", f"{ROOT}/meshes/")
+        text = re.sub(r"(?m)^reduction:.*\n", "", text) + "reduction: {fields: true}\n"
+    (folder / "deck.yaml").write_text(text)
+
+
+def column(folder, name):
+    """[-] numbers of a column of validation.csv; none where it is missing."""
+    with (folder / "results/deck/validation.csv").open() as file:
+        return np.array([float(row[name]) for row in csv.DictReader(file) if name in row])
+
+
+def percentile(values):
+    return np.percentile(values, 95) if len(values) else np.nan
+
+
+def query_times(path):
+    """[ms] median time of an answer, and of one with the displacement of all nodes."""
+    with Model(path) as model:
+        names = [parameter.name for parameter in model.parameters]
+        box = np.array([(parameter.minimum, parameter.maximum) for parameter in model.parameters])
+        points = np.random.default_rng(1).uniform(box[:, 0], box[:, 1], (30, len(names)))
+        times = []
+        for nodes in ((), None):
+            own = []
+            for point in points:
+                start = time.perf_counter()
+                model.query(nodes=nodes, **dict(zip(names, point, strict=True)))
+                own.append(time.perf_counter() - start)
+            times.append(1e3 * np.median(own))
+    return times
+
+
+def main():
+    names = sys.argv[1:] or CASES
+    print(load_text())
+    print(
+        "| case | rows | displacements | MB | energy p95 | largest | told p95 | von Mises p95 | ms | with field |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|---|")
+    for name in names:
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            write_deck(folder, name)
+            environment = os.environ | {"OMP_NUM_THREADS": "1"}
+            subprocess.run([PROGRAM, "run", "deck.yaml", "--quiet"], cwd=folder, check=True, env=environment)
+            path = folder / "results/deck/model.h5"
+            told = subprocess.run(
+                [PROGRAM, "describe", path], check=True, capture_output=True, text=True
+            ).stdout
+            rows = re.search(r"(\d+) contact rows?", told)[1]
+            form = re.search(r"(?m)^  displacements +(.*)$", told)[1]
+            energy = column(folder, "e_u_energy_relative")
+            without, with_field = query_times(path)
+            print(
+                f"| {name} | {rows} | {form} | {path.stat().st_size / 1e6:.1f} | {percentile(energy):.1e} "
+                f"| {energy.max():.1e} | {percentile(column(folder, 'displacement_bound')):.1e} "
+                f"| {percentile(column(folder, 'e_von_mises_largest')):.1e} | {without:.3f} | {with_field:.3f} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
