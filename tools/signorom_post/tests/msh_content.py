@@ -67,8 +67,12 @@ class Msh:
             at += 1 + count
 
     def names(self, n_dim: int) -> list[str]:
-        """Names of the groups of a dimension, in alphabetical order."""
-        return sorted(name for dimension, name in self.groups if dimension == n_dim)
+        """Names of the groups of a dimension, in alphabetical order, without the sides in no set."""
+        return sorted(name for dimension, name in self.groups if dimension == n_dim and "_side_" not in name)
+
+    def sides(self, n_dim: int) -> list[str]:
+        """Names of the sides in no set, in the order of the file."""
+        return [name for dimension, name in self.groups if dimension == n_dim and "_side_" in name]
 
     def box(self, n_dim: int, name: str) -> list[list[float]]:
         """Least and largest coordinates of a group."""

@@ -202,16 +202,47 @@ def test_formats_of_meshio(suffix: str, tmp_path: Path) -> None:
     assert made.box(2, made.names(2)[0]) == TOP_BOX
 
 
-def test_names_and_split_of_a_mesh_of_gmsh(tmp_path: Path) -> None:
+def as_22(mesh: Msh) -> str:
+    """Returns the text of a mesh in format 2.2, where an element has one group."""
+    groups = sorted(mesh.groups)
+    elements = [(kind, i, nodes) for i, group in enumerate(groups, 1) for kind, nodes in mesh.groups[group]]
+    lines = ["$MeshFormat", "2.2 0 8", "$EndMeshFormat", "$PhysicalNames", str(len(groups))]
+    lines += [f'{n_dim} {i} "{name}"' for i, (n_dim, name) in enumerate(groups, 1)]
+    lines += ["$EndPhysicalNames", "$Nodes", str(len(mesh.places))]
+    lines += [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(mesh.places.tolist(), 1)]
+    lines += ["$EndNodes", "$Elements", str(len(elements))]
+    for number, (kind, group, nodes) in enumerate(elements, 1):
+        lines.append(f"{number} {kind} 2 {group} {group} {' '.join(map(str, from_one(nodes)))}")
+    return "\n".join([*lines, "$EndElements", ""])
+
+
+@pytest.mark.parametrize("form", ["4.1", "2.2"])
+def test_names_and_split_of_a_mesh_of_gmsh(form: str, tmp_path: Path) -> None:
     """A .msh is read, too, to split what shares nodes: with its names, to another file."""
     write_unv(tmp_path / "part.unv")
     first = tmp_path / "first.msh"
     assert main(["convert", str(tmp_path / "part.unv"), "-o", str(first)]) == 0
+    if form == "2.2":
+        first.write_text(as_22(Msh(first)))
     mesh = convert(first, "--split", "lower", "upper")
     assert mesh.names(3) == ["lower", "upper"]
     assert {"lower_to_upper", "upper_to_lower", "top", "floor"} <= set(mesh.names(2))
     assert len(mesh.places) == 16
     assert main(["convert", str(first), "-o", str(first)]) == 2
+
+
+def test_mesh_of_gmsh_without_groups(tmp_path: Path) -> None:
+    """Its entities, the second tag of an element in format 2.2, take the place of groups, as in decks."""
+    write_unv(tmp_path / "part.unv")
+    assert main(["convert", str(tmp_path / "part.unv"), "-o", str(tmp_path / "part.msh")]) == 0
+    text = as_22(Msh(tmp_path / "part.msh"))
+    head, elements = text.split("$Elements\n")
+    lines = [line.split() for line in elements.splitlines()]
+    lines = [[*words[:3], "0", *words[4:]] if len(words) > 4 else words for words in lines]
+    (tmp_path / "part.msh").write_text(head + "$Elements\n" + "\n".join(map(" ".join, lines)) + "\n")
+    mesh = convert(tmp_path / "part.msh")
+    assert [name.split("_")[0] for name in mesh.names(3)] == ["volume", "volume"]
+    assert {name.split("_")[0] for name in mesh.names(2)} == {"surface"}
 
 
 BAD = {

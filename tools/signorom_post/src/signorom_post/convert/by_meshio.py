@@ -58,8 +58,8 @@ KINDS = {
 }
 #: more distinct numbers than these on the cells are not regions but the numbers of something else
 MAX_MARKS = 200
-#: numbers of gmsh's entities, which count where a mesh has no physical groups
-ENTITIES = "gmsh:geometrical"
+#: numbers of gmsh's physical groups, 0 for none; and of its entities, which count where a mesh has no groups
+GROUPS, ENTITIES = "gmsh:physical", "gmsh:geometrical"
 
 
 def read_by_meshio(path: Path) -> Source:
@@ -127,9 +127,9 @@ def _add_sets(mesh: Any, source: Source, index: list[int | None]) -> None:
         if str(name).startswith("gmsh:"):  # meshio's own
             continue
         _add_set(source, str(name), members)
-    has_groups = "gmsh:physical" in mesh.cell_data
+    has_groups = any(np.any(block) for block in mesh.cell_data.get(GROUPS, []))
     for name, blocks in mesh.cell_data.items():
-        if not (name == ENTITIES and has_groups):
+        if name != (ENTITIES if has_groups else GROUPS):
             _add_marks(mesh, source, name, blocks, index)
     others = [name for name in mesh.point_data if not name.startswith("gmsh:")]
     if others:
@@ -138,6 +138,7 @@ def _add_sets(mesh: Any, source: Source, index: list[int | None]) -> None:
 
 def _add_set(source: Source, name: str, members: list[IntArray]) -> None:
     if members and sum(map(len, members)):
+        members = [*members, source.element_sets.get(name, np.empty(0, dtype=np.int64))]
         source.element_sets[name] = np.unique(np.concatenate(members))
 
 
@@ -163,11 +164,17 @@ def _add_marks(mesh: Any, source: Source, name: str, blocks: list[Any], index: l
             f"data on cells: {name}", f"more than {MAX_MARKS} different numbers are no marks of regions"
         )
         return
-    known = {(int(tag[1]), int(tag[0])) for tag in mesh.field_data.values() if np.size(tag) == 2}
+    names = {
+        (int(tag[1]), int(tag[0])): str(name) for name, tag in mesh.field_data.items() if np.size(tag) == 2
+    }
     for (n_dim, mark), members in marks.items():
-        if name.startswith("gmsh:") and (n_dim, mark) in known:
-            continue  # a named set
-        _add_set(source, _mark_name(name, n_dim, mark), members)
+        if name == GROUPS and mark == 0:
+            continue
+        set_name = names.get((n_dim, mark)) if name == GROUPS else None
+        if set_name is None:
+            _add_set(source, _mark_name(name, n_dim, mark), members)
+        elif not len(mesh.cell_sets.get(set_name, [])):  # meshio makes sets of format 4.1 only
+            _add_set(source, set_name, members)
 
 
 def _mark_name(array: str, n_dim: int, mark: int) -> str:

@@ -71,7 +71,6 @@ class _Making:
         self.groups: list[Group] = []
         self.rows: list[tuple[str, str]] = []
         self.left_out: list[tuple[str, str]] = []
-        self._seams: list[IntArray] = []
         self._region_names, self._boundary_names = Unique(), Unique()
         self._cell_of_element = np.full(source.n_elements, -1)
         self._cell_of_element[cells.element] = np.arange(cells.n_cells)
@@ -143,7 +142,6 @@ class _Making:
                 pieces = np.unique(piece[touching[own[touching]]])
                 faces = np.flatnonzero(np.isin(piece, pieces) & own)
             self._add_faces(f"split of {seam.regions}", name, faces, "")
-            self._seams.append(faces)
 
     def add_boundaries(self) -> None:
         """Adds a boundary for each surface, each element set of sides, lines or points, and each node set."""
@@ -258,22 +256,17 @@ class _Making:
         return (group for group in self.groups if group.n_dim == self._cells.n_dim - 1)
 
     def add_sides(self) -> None:
-        """Gives bodies without any boundary of the file such that end at sharp edges."""
+        """Gives the sides of bodies that no set names, not even a part of them, boundaries that end at sharp edges."""
         bodies = self._cells.bodies()
-        body_of_face = bodies[self.faces.cell]
-        of_file = [group.members for group in self._boundaries() if not self._is_seam(group.members)]
-        bare = np.setdiff1d(np.arange(bodies.max() + 1), body_of_face[element_numbers(of_file)])
         piece = smooth_pieces(self.faces, self._cells.coordinates)
-        for body in bare.tolist():
+        named = element_numbers(group.members for group in self._boundaries())
+        is_bare = ~np.isin(piece, piece[named])
+        body_of_face = bodies[self.faces.cell]
+        for body in np.unique(body_of_face[is_bare]).tolist():
             name = self._name_of_body(np.flatnonzero(bodies == body), body)
-            sides = [np.flatnonzero(piece == i) for i in np.unique(piece[body_of_face == body])]
-            sides = [faces for faces in sides if not self._is_seam(faces)]
-            for i, faces in enumerate(sides, 1):
+            for i, which in enumerate(np.unique(piece[is_bare & (body_of_face == body)]), 1):
+                faces = np.flatnonzero(piece == which)
                 self._add_faces(f"side of {name}, in no set", f"{name}_side_{i}", faces, "")
-
-    def _is_seam(self, faces: IntArray) -> bool:
-        """Whether these faces are a side of two regions that were split."""
-        return any(np.array_equal(faces, seam) for seam in self._seams)
 
     def _name_of_body(self, cells: IntArray, body: int) -> str:
         """Returns the name of the region that has exactly these cells, else `body_1`, ..."""

@@ -159,8 +159,9 @@ def read_nastran(path: Path) -> Source:
         source.node_sets[names.take(f"SPC_{number}")] = np.unique(np.array(members, dtype=np.int64))
     if reader.supports:
         source.leave_out("SPC, SPC1", "supports; their nodes became boundaries")
-    for name, n in sorted(reader.others.items()):
-        source.leave_out(f"{name} ({n})", "this card is not read")
+    if reader.others:
+        cards = ", ".join(f"{name} ({n})" for name, n in sorted(reader.others.items()))
+        source.leave_out("other cards", f"{cards}: materials, loads and others are not read")
     return source
 
 
@@ -220,13 +221,13 @@ def _cards(text: TextLines) -> Iterator[_Card]:
         if line.upper().startswith("ENDDATA"):
             break
         new = _fields(line)
-        if fields and not new[0].strip("*").startswith("+") and new[0].strip("* "):
+        if new[0][:1].isalpha() and fields:
             yield _Card(text, first, fields)
             fields = []
         if not fields:
-            fields, first = [new[0], *new[1:]], i
-        else:
-            fields += new[1:]
+            fields, first = new, i
+        else:  # some programs leave out the empty name of a continuation in free fields
+            fields += new if new[0][:1].isdecimal() else new[1:]
     if fields:
         yield _Card(text, first, fields)
 
