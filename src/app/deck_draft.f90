@@ -7,7 +7,8 @@ module sig_deck_draft
   use sig_facing_groups, only: facing_groups_t
   use sig_file_system, only: base_name
   use sig_kinds, only: rk
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: group_t, mesh_t
+  use sig_region_cover, only: choose_regions, find_shared_nodes, shared_nodes_t
   use sig_surface_geometry, only: direction_text
   use sig_text, only: counted, join, short_number, to_text
   implicit none(type, external)
@@ -16,6 +17,9 @@ module sig_deck_draft
 
   character(*), parameter :: axis_names = 'xyz'
   character(1), parameter :: nl = new_line('a')
+  !> a mesh whose longest side is below this number is taken to be in m, another one in mm: few parts are shorter than 3 mm, few
+  !> longer than 3 m
+  real(rk), parameter :: shortest_in_mm = 3
 
 contains
 
@@ -32,17 +36,41 @@ contains
 
     text = '# Made by `signorom init`. Replace every ' // placeholder // ', then ask: signorom check ' // deck_file // &
       ' --fields' // nl // '# All keys of decks are listed in input/README.md.' // nl // &
-      'title: ' // yaml_text(base_name(mesh_file)) // nl // nl // &
-      '# Numbers below carry these units: with mm and N, moduli and pressures are in MPa.' // nl // &
-      'units: {length: mm, force: N}' // nl // nl // mesh_section(mesh, mesh_file) // nl // &
+      'title: ' // yaml_text(base_name(mesh_file)) // nl // nl // units_section(mesh) // nl // &
+      mesh_section(mesh, mesh_file) // nl // &
       '# What varies and between which bounds; expressions below may use these names.' // nl // &
       'parameters:' // nl // &
-      '  P: {min: ' // placeholder // ', max: ' // placeholder // ', unit: MPa}' // nl // nl // &
-      material_section(mesh) // nl // boundary_section(mesh) // nl // contact_section(mesh, pairs) // nl // &
+      '  P: {min: ' // placeholder // ', max: ' // placeholder // ', unit: ' // trim(merge('Pa ', 'MPa', is_in_m(mesh))) // &
+      '}' // nl // nl // material_section(mesh) // nl // boundary_section(mesh) // nl // contact_section(mesh, pairs) // nl // &
       '# Points where the full-order problem is solved to train the model, and others to judge it.' // nl // &
       'training: {sobol: 100}' // nl // 'test: {sobol: 50, seed: 1}' // nl // &
       '# Points with fields for ParaView: output: {points: [{P: 10}]}' // nl
   end function draft_deck
+
+  !> Whether the mesh is probably in m and not in mm, by its longest side.
+  pure logical function is_in_m(mesh)
+    type(mesh_t), intent(in) :: mesh
+
+    is_in_m = longest_side(mesh) < shortest_in_mm
+  end function is_in_m
+
+  !> Returns the longest side [unit of the mesh] of the box around the mesh.
+  pure real(rk) function longest_side(mesh)
+    type(mesh_t), intent(in) :: mesh
+
+    longest_side = maxval(maxval(mesh%coordinates, dim=2) - minval(mesh%coordinates, dim=2))
+  end function longest_side
+
+  function units_section(mesh) result(text)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: text, unit
+
+    unit = trim(merge('m ', 'mm', is_in_m(mesh)))
+    text = '# The unit of length is guessed: the longest side of the mesh is ' // short_number(longest_side(mesh)) // &
+      ', so it is probably in ' // unit // '. Change it if that is wrong.' // nl // &
+      '# All numbers below carry these units: with mm and N, moduli and pressures are in MPa; with m and N, in Pa.' // nl // &
+      'units: {length: ' // unit // ', force: N}' // nl
+  end function units_section
 
   function mesh_section(mesh, mesh_file) result(text)
     type(mesh_t), intent(in) :: mesh
@@ -54,7 +82,7 @@ contains
     call find_bodies(mesh, body_of_node, n_bodies)
     text = '# The mesh: ' // counted(mesh%n_nodes, 'node') // ', ' // counted(mesh%n_cells, 'cell') // ', ' // &
       to_text(n_bodies) // ' separate ' // trim(merge('body  ', 'bodies', n_bodies == 1)) // '; ' // &
-      box_text(mesh%coordinates) // nl
+      box_text(mesh%coordinates) // nl // shared_lines(mesh, mesh_file)
     if (mesh%n_dim == 2) then
       text = text // '# The model: plane_strain, plane_stress, or axisymmetric, where x of the mesh is the radius.' // nl
     end if
@@ -62,19 +90,51 @@ contains
       trim(merge('plane_strain', 'solid       ', mesh%n_dim == 2)) // '}' // nl
   end function mesh_section
 
-  function material_section(mesh) result(text)
+  !> Returns a comment about each pair of regions that share nodes, with a line end: they are one body, also where they only touch
+  !> in a line.
+  function shared_lines(mesh, mesh_file) result(lines)
     type(mesh_t), intent(in) :: mesh
-    character(:), allocatable :: text
+    character(*), intent(in) :: mesh_file
+    character(:), allocatable :: lines
+    type(shared_nodes_t), allocatable :: shared(:)
     integer :: i
 
+    call find_shared_nodes(mesh, choose_regions(mesh), shared)
+    lines = ''
+    do i = 1, size(shared)
+      associate (first => mesh%groups(shared(i)%first)%name, second => mesh%groups(shared(i)%second)%name)
+        lines = lines // '# The regions ' // first // ' and ' // second // ' share ' // counted(shared(i)%n_nodes, 'node')
+        if (.not. shared(i)%has_faces) lines = lines // ', but no ' // trim(merge('face', 'edge', mesh%n_dim == 3))
+        lines = lines // ': they stick to each other there. If they may part:' // nl // &
+          '#   signorom-post convert ' // mesh_file // " --split '" // first // "' '" // second // "' -o " // &
+          base_name(mesh_file) // '_split.msh' // nl
+      end associate
+    end do
+  end function shared_lines
+
+  !> Returns the section materials: a material for each region of a set that covers the mesh once. Other names of the same cells
+  !> are a comment.
+  function material_section(mesh) result(text)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: text, others
+    integer, allocatable :: regions(:)
+    integer :: i
+
+    regions = choose_regions(mesh)
+    others = ''
     text = '# A material per region of the mesh; one material may have several regions.' // nl // 'materials:' // nl
     do i = 1, size(mesh%groups)
       associate (group => mesh%groups(i))
         if (group%n_dim /= mesh%n_dim) cycle
-        text = text // '  ' // yaml_text(group%name) // ': {regions: [' // yaml_text(group%name) // '], young_modulus: ' // &
-          placeholder // ', poisson_ratio: ' // placeholder // '}' // nl
+        if (any(regions == i)) then
+          text = text // '  ' // yaml_text(group%name) // ': {regions: [' // yaml_text(group%name) // '], young_modulus: ' // &
+            placeholder // ', poisson_ratio: ' // placeholder // '}' // nl
+        else
+          others = others // ' ' // yaml_text(group%name)
+        end if
       end associate
     end do
+    if (len(others) > 0) text = text // '# Other names of the same cells:' // others // nl
   end function material_section
 
   !> Returns the sections boundary_conditions and loads, with places to fill in: the boundaries of the mesh as comments, those of
@@ -88,8 +148,9 @@ contains
     do n_dim = mesh%n_dim - 1, 0, -1
       do i = 1, size(mesh%groups)
         associate (group => mesh%groups(i))
-          if (group%n_dim == n_dim) text = text // '#   ' // yaml_text(group%name) // ': ' // &
-            box_text(mesh%coordinates(:, group%nodes)) // nl
+          if (group%n_dim /= n_dim .or. is_repeated(mesh, i)) cycle
+          text = text // '#   ' // yaml_text(group%name) // ': ' // box_text(mesh%coordinates(:, group%nodes)) // &
+            other_names(mesh, i) // nl
         end associate
       end do
     end do
@@ -98,6 +159,37 @@ contains
       '# Loads: pressure or traction: {y: ...}, as expressions of parameters and place.' // nl // &
       'loads:' // nl // '  - {boundary: ' // placeholder // ', pressure: P}' // nl
   end function boundary_section
+
+  !> Whether an earlier group has the same elements as this one.
+  pure logical function is_repeated(mesh, i_group)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    integer :: i
+
+    is_repeated = any([(are_same(mesh%groups(i), mesh%groups(i_group)), i=1, i_group - 1)])
+  end function is_repeated
+
+  !> Returns such as ` (also: top_2, lid)` with the names of later groups of the same elements; empty if there are none.
+  function other_names(mesh, i_group) result(text)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
+    do i = i_group + 1, size(mesh%groups)
+      if (are_same(mesh%groups(i), mesh%groups(i_group))) text = text // ', ' // yaml_text(mesh%groups(i)%name)
+    end do
+    if (len(text) > 0) text = ' (also:' // text(2:) // ')'
+  end function other_names
+
+  !> Whether two groups have the same elements.
+  pure logical function are_same(one, other)
+    type(group_t), intent(in) :: one, other
+
+    are_same = one%n_dim == other%n_dim .and. size(one%entities) == size(other%entities) .and. size(one%nodes) == size(other%nodes)
+    if (are_same) are_same = all(one%entities == other%entities) .and. all(one%nodes == other%nodes)
+  end function are_same
 
   !> Returns one line per body, with a line end, that holds all displacement components at a boundary to be filled in. With several
   !> bodies a comment names the regions of each.

@@ -14,6 +14,7 @@ module sig_init
   use sig_log, only: log_error, log_info
   use sig_mesh, only: mesh_t
   use sig_mesh_read, only: read_mesh
+  use sig_region_cover, only: choose_regions, find_shared_nodes, shared_nodes_t
   use sig_text, only: counted
   use petsc
   implicit none(type, external)
@@ -50,6 +51,8 @@ contains
     character(:), allocatable :: deck_path, mesh_file
     type(mesh_t) :: mesh
     type(facing_groups_t), allocatable :: pairs(:)
+    type(shared_nodes_t), allocatable :: shared(:)
+    integer, allocatable :: regions(:)
     integer :: i
 
     mesh_file = mesh_path(index(mesh_path, '/', back=.true.) + 1:)
@@ -63,10 +66,15 @@ contains
     call find_facing_groups(mesh, pairs)
     call write_text_file(deck_path, draft_deck(mesh, mesh_file, deck_path, pairs), error)
     if (allocated(error)) return
-    call log_info(deck_path // ': ' // counted(count(mesh%groups%n_dim == mesh%n_dim), 'region') // ', ' // &
-      counted(size(pairs), 'contact') // ' guessed. Replace every ' // placeholder // ' and ask: signorom check ' // deck_path)
+    regions = choose_regions(mesh)
+    call log_info(deck_path // ': ' // counted(size(regions), 'region') // ', ' // counted(size(pairs), 'contact') // &
+      ' guessed. Replace every ' // placeholder // ' and ask: signorom check ' // deck_path)
     do i = 1, size(mesh%notes)
       call log_info('note: ' // mesh%notes(i)%text)
     end do
+    call find_shared_nodes(mesh, regions, shared)
+    if (size(shared) > 0) call log_info('note: ' // counted(size(shared), 'pair') // ' of regions ' // &
+      trim(merge('shares', 'share ', size(shared) == 1)) // ' nodes, so that they cannot part; the deck says which, ' // &
+      'and how to split them')
   end subroutine write_draft
 end module sig_init

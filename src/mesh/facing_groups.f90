@@ -18,6 +18,12 @@ module sig_facing_groups
     integer :: second = 0
     !> [-] share of the first surface's area that faces the second one
     real(rk) :: share = 0
+    !> [-] the same share of its front alone: of the facets whose normals are within 60 degrees of the mean one of the facets that
+    !> face. A surface that wraps around its body, as the rim of a wheel or a sphere, has a back that can never face.
+    real(rk) :: front_share = 0
+    !> [length or length**2] the area that faces, and that of both whole surfaces
+    real(rk) :: facing_area = 0
+    real(rk) :: whole_area = 0
     !> [length] least and largest distance of the facing facets' centers along the normals of the first surface, negative where they
     !> overlap; 0 if the size is below 1e-9 of the reach
     real(rk) :: gap(2) = 0
@@ -46,25 +52,35 @@ module sig_facing_groups
     type(k_d_tree_t) :: tree
   end type surface_t
 
-  !> [-] smallest share of the area that faces the other surface; for two disks that touch it is a quarter
+  !> [-] smallest share of the front of a surface that faces the other one
   real(rk), parameter :: enough = 0.2_rk
+  !> [-] pairs that overlap: of those with at least this share of the largest facing area the smallest surfaces are taken
+  real(rk), parameter :: nearly_all = 0.9_rk
   !> [-] normals whose cosine is not above this count as opposite: they are within 60 degrees of opposite directions
   real(rk), parameter :: opposite = -0.5_rk
   !> [-] reach of the search: the larger of this share of the surface's length and this number of facet sizes
   real(rk), parameter :: of_length = 0.1_rk
   real(rk), parameter :: of_facets = 2
+  !> [-] a surface at a gap that is smaller by at most this share of the mean facet size is not between
+  real(rk), parameter :: between = 0.1_rk
+  !> [-] deepest overlap, as a share of the larger mean facet size of both surfaces
+  real(rk), parameter :: deepest = 0.5_rk
+  !> [-] facets overlap if their centers are closer across the normal than this share of the larger one's size: facets side by side
+  !> have 1
+  real(rk), parameter :: beside = 0.9_rk
   !> [-] share of the reach below which a gap counts as zero
   real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains
 
-  !> Finds all pairs of named surfaces without a common body of which one faces the other with at least a fifth of its area. The
+  !> Finds all pairs of named surfaces without a common body of which one faces the other with at least a fifth of its front. The
   !> pairs are in the order of the groups; in each pair the surface with the larger share of facing area is the first one. Surfaces
-  !> without facets are left out, and so are those with a facet that is not a side of exactly one cell.
+  !> without facets are left out, and so are those with a facet that is not a side of exactly one cell. Where the same facets have
+  !> several names, one pair remains (without_overlaps).
   !>
   !> A facet faces the other surface if gaps_between finds a gap, and no third surface lies between. A third surface lies between if
-  !> it has no body in common with the facet's surface, and the gap to it is smaller by more than the mean facet size of the facet's
-  !> surface.
+  !> it has no body in common with the facet's surface, and the gap to it is less than half as wide, and smaller by more than a
+  !> tenth of the mean facet size of the facet's surface.
   subroutine find_facing_groups(mesh, pairs)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), allocatable, intent(out) :: pairs(:)
@@ -85,11 +101,57 @@ contains
         if (have_common_body(surfaces(i), surfaces(k))) cycle
         one = face(surfaces(i), surfaces(k))
         other = face(surfaces(k), surfaces(i))
+        if (max(one%front_share, other%front_share) < enough) cycle
         if (other%share > one%share) one = other
-        if (one%share >= enough) pairs = [pairs, one]
+        pairs = [pairs, one]
       end do
     end do
+    pairs = without_overlaps(mesh, pairs)
   end subroutine find_facing_groups
+
+  !> Returns the pairs, in the same order, without those that overlap with a better one: that have facets of both its surfaces. The
+  !> better pair has the larger facing area; of pairs with at least 0.9 times the largest one, that with the smaller surfaces, then
+  !> the first one.
+  function without_overlaps(mesh, pairs) result(kept)
+    type(mesh_t), intent(in) :: mesh
+    type(facing_groups_t), intent(in) :: pairs(:)
+    type(facing_groups_t), allocatable :: kept(:)
+    logical :: is_left(size(pairs)), is_kept(size(pairs))
+    integer :: best, i
+
+    is_left = .true.
+    is_kept = .false.
+    do while (any(is_left))
+      associate (is_large => is_left .and. pairs%facing_area >= nearly_all * maxval(pairs%facing_area, mask=is_left))
+        best = minloc(pairs%whole_area, dim=1, mask=is_large)
+      end associate
+      is_kept(best) = .true.
+      do i = 1, size(pairs)
+        if (is_left(i)) is_left(i) = .not. overlap(mesh, pairs(i), pairs(best))
+      end do
+    end do
+    kept = pack(pairs, is_kept)
+  end function without_overlaps
+
+  !> Whether two pairs have common facets on both sides. A pair overlaps with itself.
+  pure logical function overlap(mesh, one, other)
+    type(mesh_t), intent(in) :: mesh
+    type(facing_groups_t), intent(in) :: one, other
+
+    overlap = (have_common_facet(mesh, one%first, other%first) .and. have_common_facet(mesh, one%second, other%second)) .or. &
+      (have_common_facet(mesh, one%first, other%second) .and. have_common_facet(mesh, one%second, other%first))
+  end function overlap
+
+  !> Whether two groups of facets have a facet in common.
+  pure logical function have_common_facet(mesh, i_group, i_other)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group, i_other
+    logical :: is_in(mesh%n_facets)
+
+    is_in = .false.
+    is_in(mesh%groups(i_group)%entities) = .true.
+    have_common_facet = any(is_in(mesh%groups(i_other)%entities))
+  end function have_common_facet
 
   !> Whether some body has nodes of both surfaces; also true if both are the same surface.
   pure logical function have_common_body(one, other)
@@ -166,12 +228,13 @@ contains
   !>
   !> The gap is huge if the normals of both facets are not within 60 degrees of opposite directions, if their centers are farther
   !> apart than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or 2 times its mean facet
-  !> size if this is more), or if they overlap by more than the larger mean facet size of both surfaces.
+  !> size if this is more). Facets that overlap by more than half the larger mean facet size of both surfaces, or overlap side by
+  !> side, as the opposite sides of two thin plates in a row, have a huge gap, too.
   pure function gaps_between(surface, other) result(gaps)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other
     real(rk) :: gaps(size(surface%centers, 2))
-    real(rk) :: distance, gap
+    real(rk) :: distance, gap, size_here
     integer :: i, nearest
 
     gaps = huge(gaps)
@@ -180,8 +243,11 @@ contains
       associate (normal => surface%area_vectors(:, i) / norm2(surface%area_vectors(:, i)), across => other%area_vectors(:, nearest))
         if (distance > max(surface%reach, other%reach) .or. dot_product(normal, across) > opposite * norm2(across)) cycle
         gap = dot_product(normal, other%centers(:, nearest) - surface%centers(:, i))
+        if (gap < -deepest * max(surface%facet_size, other%facet_size)) cycle
+        size_here = max(norm2(surface%area_vectors(:, i)), norm2(across))**(1.0_rk / (size(normal) - 1))
+        if (gap < 0 .and. distance**2 - gap**2 > (beside * size_here)**2) cycle
       end associate
-      if (gap >= -max(surface%facet_size, other%facet_size)) gaps(i) = gap
+      gaps(i) = gap
     end do
   end function gaps_between
 
@@ -191,13 +257,23 @@ contains
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other
     real(rk), dimension(size(surface%centers, 2)) :: areas, gaps
-    logical :: is_facing(size(areas))
+    logical, dimension(size(areas)) :: is_facing, is_front
+    real(rk) :: toward(size(surface%centers, 1))
 
     areas = norm2(surface%area_vectors, dim=1)
     gaps = gaps_between(surface, other)
-    is_facing = gaps < huge(gaps) .and. gaps <= surface%least_gap + surface%facet_size
-    pair = facing_groups_t(surface%group, other%group, sum(areas, mask=is_facing) / sum(areas), &
-      [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)], surface%is_flat .and. other%is_flat)
+    is_facing = gaps < huge(gaps)
+    where (is_facing) is_facing = gaps <= surface%least_gap + max(abs(surface%least_gap), between * surface%facet_size)
+    toward = matmul(surface%area_vectors, merge(1.0_rk, 0.0_rk, is_facing))
+    is_front = is_facing .or. matmul(toward, surface%area_vectors) > -opposite * norm2(toward) * areas
+    pair%first = surface%group
+    pair%second = other%group
+    pair%facing_area = sum(areas, mask=is_facing)
+    pair%whole_area = sum(areas) + sum(norm2(other%area_vectors, dim=1))
+    pair%share = pair%facing_area / sum(areas)
+    if (any(is_facing)) pair%front_share = pair%facing_area / sum(areas, mask=is_front)
+    pair%gap = [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)]
+    pair%is_flat = surface%is_flat .and. other%is_flat
     where (abs(pair%gap) < rounding * surface%reach) pair%gap = 0
     if (other%is_flat .and. .not. surface%is_flat) pair%direction = other%direction
   end function face

@@ -2,7 +2,10 @@
 """`signorom init`: a first deck for a mesh, which works once its places are filled in."""
 
 import re
+import subprocess
+import sys
 
+import numpy as np
 import pytest
 import yaml
 
@@ -74,6 +77,88 @@ def test_contacts_of_blocks(signorom, tmp_path, name):
     signorom("init", "part.msh", folder=tmp_path)
     deck = yaml.safe_load((tmp_path / "part.yaml").read_text())
     assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == contacts
+
+
+# named by one surface each, all around: a twentieth of the ball and of the block face each other
+BALL = """SetFactory("OpenCASCADE");
+Sphere(1) = {0, 0, 10.01, 10};
+Box(2) = {-30, -30, -10, 60, 60, 10};
+Physical Volume("ball") = {1};
+Physical Volume("block") = {2};
+Physical Surface("skin_of_ball") = {1};
+Physical Surface("skin_of_block") = {2, 3, 4, 5, 6, 7};
+Mesh.MeshSizeMax = 3;
+"""
+
+
+def test_surfaces_that_wrap_around_their_bodies(signorom, tmp_path):
+    (tmp_path / "part.geo").write_text(BALL)
+    make_mesh(tmp_path / "part.geo", tmp_path / "part.msh", 3)
+    signorom("init", "part.msh", folder=tmp_path)
+    (entry,) = yaml.safe_load((tmp_path / "part.yaml").read_text())["contact"]
+    assert {entry["first"], entry["second"]} == {"skin_of_ball", "skin_of_block"}
+
+
+def test_one_name_per_region_and_boundary(signorom, tmp_path):
+    """Cells and faces with several names: one material, one line, one contact each."""
+    mesh = stacked_blocks("H8", 3)
+    again = {
+        "lower": ["all"],
+        "upper": ["all", "top_block"],
+        "lower_face": ["lower_face_2", "skin_of_lower"],
+        "bottom": ["skin_of_lower"],
+        "upper_face": ["skin_of_upper"],
+        "top": ["skin_of_upper"],
+    }
+    mesh.elements += [
+        (kind, new, nodes) for kind, name, nodes in mesh.elements for new in again.get(name, [])
+    ]
+    mesh.write(tmp_path / "part.msh")
+    signorom("init", "part.msh", folder=tmp_path)
+    text = (tmp_path / "part.yaml").read_text()
+    deck = yaml.safe_load(text)
+    # upper and top_block are the same cells: gmsh's groups come in the order of the file
+    assert set(deck["materials"]) == {"lower", "top_block"}
+    assert "# Other names of the same cells: all upper\n" in text
+    assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == [{"lower_face", "upper_face"}]
+    assert re.search(r"#   lower_face: .* \(also: lower_face_2\)", text)
+    assert "#   lower_face_2:" not in text
+
+
+@pytest.mark.parametrize(("name", "unit", "pressure"), [("bracket", "mm", "MPa"), ("half_disks", "m", "Pa")])
+def test_unit_of_length_is_guessed(signorom, tmp_path, name, unit, pressure):
+    """Both meshes measure what their README says: 1 m across, and tens of mm."""
+    signorom("init", copy_mesh(name, tmp_path), folder=tmp_path)
+    deck = yaml.safe_load((tmp_path / f"{name}.yaml").read_text())
+    assert deck["units"] == {"length": unit, "force": "N"}
+    assert deck["parameters"]["P"]["unit"] == pressure
+
+
+@pytest.mark.parametrize("n_dim", [2, 3])
+def test_bodies_that_share_nodes_are_split(signorom, tmp_path, n_dim):
+    """init says it, the command that it names parts them, and init then finds the contact."""
+    mesh = stacked_blocks("Q4" if n_dim == 2 else "H8", n_dim)
+    lower, upper = mesh.nodes_of("lower_face"), mesh.nodes_of("upper_face")
+    same = {
+        node: lower[np.linalg.norm(mesh.coordinates[lower] - mesh.coordinates[node], axis=1).argmin()]
+        for node in upper
+    }
+    mesh.elements = [
+        (kind, name, [same.get(node, node) for node in nodes])
+        for kind, name, nodes in mesh.elements
+        if name not in ("lower_face", "upper_face")
+    ]
+    mesh.write(tmp_path / "part.msh")
+    done = signorom.run("init", "part.msh", folder=tmp_path)
+    assert "1 pair of regions shares nodes" in done.stdout + done.stderr
+    text = (tmp_path / "part.yaml").read_text()
+    assert f"The regions lower and upper share {len(lower)} nodes: they stick to each other there." in text
+    (command,) = re.findall(r"#   signorom-post (convert .*)", text)
+    words = [word.strip("'") for word in command.split()]
+    subprocess.run([sys.executable, "-m", "signorom_post", *words], cwd=tmp_path, check=True)
+    signorom("init", "part_split.msh", folder=tmp_path)
+    (entry,) = yaml.safe_load((tmp_path / "part_split.yaml").read_text())["contact"]
+    assert {entry["first"], entry["second"]} == {"lower_to_upper", "upper_to_lower"}
 
 
 ROLLER = """SetFactory("OpenCASCADE");
