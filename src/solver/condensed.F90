@@ -156,13 +156,15 @@ contains
     !> [length] B G, shape (n_rows, n_driving_terms)
     real(rk), intent(in) :: free_closing(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: forces(:, :), lifted(:, :)
-    integer :: n
+    real(rk), allocatable :: lifted(:, :)
+    integer :: first, last, n
 
-    allocate (forces, mold=self%free_response)
-    PetscCall(multiply_block(system%stiffness, self%free_response, forces, ierr))
-    self%free_energy = transposed_product(self%free_response, forces)
-    PetscCall(sum_over_ranks(system%comm, self%free_energy, ierr))
+    n = size(self%free_response, 2)
+    allocate (self%free_energy(n, n))
+    do first = 1, n, columns_at_once
+      last = min(first + columns_at_once - 1, n)
+      PetscCall(work_of_terms(self, system, first, last, self%free_energy(:, first:last), ierr))
+    end do
     self%shared_energy = free_closing
     n = size(system%boundary%prescribed_values, 2)
     PetscCall(close_rows(system, self%lifting(:, :n), lifted, ierr))
@@ -173,6 +175,32 @@ contains
       self%shared_energy(rows, :) = 0
     end associate
   end subroutine measure_energies
+
+  !> Computes some columns of G'K G. Most rows of K G are zero where loads act on surfaces; they are left out, as K G is zero there
+  !> but for rounding. Collective.
+  subroutine work_of_terms(self, system, first, last, work, ierr)
+    class(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> first and last term, 1-based
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    !> [force*length] shape (n_driving_terms, last - first + 1)
+    real(rk), intent(out) :: work(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: forces(:, :), products(:, :)
+    real(rk) :: largest
+    integer, allocatable :: rows(:)
+    integer :: i
+
+    allocate (forces(size(self%free_response, 1), last - first + 1))
+    PetscCall(multiply_block(system%stiffness, self%free_response(:, first:last), forces, ierr))
+    largest = maxval([0.0_rk, abs(forces)])
+    PetscCall(max_over_ranks(system%comm, largest, ierr))
+    rows = pack([(i, i=1, size(forces, 1))], [(any(abs(forces(i, :)) > rounding * largest), i=1, size(forces, 1))])
+    products = transposed_product(self%free_response(rows, :), forces(rows, :))
+    PetscCall(sum_over_ranks(system%comm, products, ierr))
+    work = products
+  end subroutine work_of_terms
 
   !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
   !> forces. Changes G, H if it is kept, W and D - B G, and sets the scale. Without anchors nothing changes. Local.

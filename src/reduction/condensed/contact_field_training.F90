@@ -338,10 +338,10 @@ contains
     !> [length/force] shape (n_local_dofs, size(chosen))
     real(rk), allocatable, intent(out) :: columns(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: unknowns(system%rows%n_rows, size(chosen))
+    real(rk), allocatable :: unknowns(:, :)
     integer :: i
 
-    unknowns = 0
+    allocate (unknowns(system%rows%n_rows, size(chosen)), source=0.0_rk)
     do i = 1, size(chosen)
       unknowns(chosen(i), i) = 1
     end do
