@@ -29,7 +29,7 @@ module sig_problem
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
-  use sig_petsc_support, only: has_multigrid_vi
+  use sig_petsc_support, only: has_multigrid_vi, memory_of_ranks, rank_and_size
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
@@ -76,7 +76,7 @@ module sig_problem
     type(contact_rows_t) :: inert
     !> which solver is taken, and why
     type(solver_plan_t) :: plan
-    !> what solvers cost depends on; n_ranks is 1
+    !> what the costs of solvers depend on
     type(problem_size_t) :: sizes
     !> whether the multipliers are at the second surface of each contact entry, shape (size(deck%contact))
     logical, allocatable :: is_swapped(:)
@@ -94,6 +94,9 @@ module sig_problem
     !> hash of echo_physics, the mesh file and the fields: snapshots with the same hash belong to the same problem
     character(16) :: provenance = ''
   end type problem_t
+
+  !> [-] share of the machine's memory that solvers may take; the rest is for the mesh, results and other programs
+  real(rk), parameter :: share_of_memory = 0.6_rk
 
 contains
 
@@ -131,7 +134,7 @@ contains
     problem%pairing_seconds = wall_time() - start
     call check_zones(deck, problem%mesh, error)
     if (allocated(error)) return
-    call plan_solving(problem, error)
+    PetscCall(plan_solving(problem, comm, error, ierr))
     if (allocated(error)) return
     problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash // field_hashes(fields))
   end subroutine load_problem
@@ -151,19 +154,22 @@ contains
 
   !> Finds the rigid motions, the notes and the warnings, and chooses the solver. Errors: a body that nothing can hold; a solver
   !> that cannot solve this problem.
-  subroutine plan_solving(problem, error)
+  subroutine plan_solving(problem, comm, error, ierr)
     type(problem_t), intent(inout) :: problem
+    MPI_Comm, intent(in) :: comm
     type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
     type(string_t), allocatable :: body_notes(:)
     character(:), allocatable :: message
     integer :: i
 
+    ierr = 0
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       problem%motions)
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
     call check_bodies(problem%deck, problem%mesh, problem%motions, body_notes, error)
     if (allocated(error)) return
-    call measure_problem(problem)
+    PetscCall(measure_problem(problem, comm, ierr))
     problem%notes = problem%mesh%notes
     do i = 1, size(body_notes)
       call append_text(problem%notes, body_notes(i)%text)
@@ -174,9 +180,12 @@ contains
     end associate
   end subroutine plan_solving
 
-  !> Sets problem%sizes.
-  subroutine measure_problem(problem)
+  !> Sets problem%sizes. Collective.
+  subroutine measure_problem(problem, comm, ierr)
     type(problem_t), intent(inout) :: problem
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    integer :: rank
 
     associate (sizes => problem%sizes, mesh => problem%mesh)
       sizes%n_dim = mesh%n_dim
@@ -186,9 +195,22 @@ contains
       sizes%is_floating = problem%motions%n_free > 0
       sizes%has_multigrid_vi = has_multigrid_vi()
       sizes%is_quadratic = any(element_types(mesh%cell_types)%order == 2)
+      sizes%stiffness_ratio = stiffness_ratio(problem%body)
+      PetscCall(rank_and_size(comm, rank, sizes%n_ranks, ierr))
+      PetscCall(memory_of_ranks(comm, sizes%memory, ierr))
+      sizes%memory = share_of_memory * sizes%memory
       call measure_factor(mesh, sizes%stiffness_entries, sizes%factor_entries, sizes%factor_operations)
     end associate
   end subroutine measure_problem
+
+  !> Returns the largest modulus of a material over the smallest, by the largest entries of their stress matrices.
+  pure real(rk) function stiffness_ratio(body)
+    type(elastic_body_t), intent(in) :: body
+
+    associate (moduli => maxval(maxval(abs(body%stress_matrix), dim=1), dim=1))
+      stiffness_ratio = maxval(moduli) / minval(moduli)
+    end associate
+  end function stiffness_ratio
 
   !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes;
   !> then the warnings (warn_of_plan). Requires: check_points accepted the points.

@@ -6,13 +6,14 @@ module sig_petsc_support
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t, c_null_char
   use mpi, only: MPI_Allreduce, MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_DOUBLE_PRECISION, MPI_IN_PLACE, MPI_MAX, MPI_SUM
   use sig_kinds, only: rk, sk
+  use sig_memory, only: machine_memory
   use sig_text, only: append_text, join, split, string_t
   use petsc
   implicit none(type, external)
   private
   public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
-  public :: broadcast_columns, broadcast_integers, broadcast_singles, sum_over_ranks, max_over_ranks
+  public :: broadcast_columns, broadcast_integers, broadcast_singles, sum_over_ranks, max_over_ranks, memory_of_ranks
   public :: precondition_failed, has_multigrid_vi
   public :: message_size
 
@@ -234,6 +235,24 @@ contains
     call MPI_Comm_rank(comm, rank, ierr)
     call MPI_Comm_size(comm, n_ranks, ierr)
   end subroutine rank_and_size
+
+  !> Sums the memory of the machines on which the ranks of comm run, each machine once. Collective.
+  subroutine memory_of_ranks(comm, n_bytes, ierr)
+    MPI_Comm, intent(in) :: comm
+    !> [byte]
+    real(rk), intent(out) :: n_bytes
+    PetscErrorCode, intent(out) :: ierr
+    MPI_Comm :: machine
+    integer :: n_ranks, rank
+    real(rk) :: share(1)
+
+    PetscCallMPI(MPI_Comm_split_type(comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, machine, ierr))
+    PetscCall(rank_and_size(machine, rank, n_ranks, ierr))
+    PetscCallMPI(MPI_Comm_free(machine, ierr))
+    share = machine_memory() / n_ranks
+    PetscCall(sum_over_ranks(comm, share, ierr))
+    n_bytes = share(1)
+  end subroutine memory_of_ranks
 
   !> Returns the first and the last row, 1-based, of the slice of n_rows rows that belongs to this rank. The sizes of the slices
   !> differ by at most one row; last is first - 1 where the slice is empty. Local.

@@ -7,8 +7,8 @@ module sig_solver_costs
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cost_t, problem_size_t, condensed_cost, factorization_cost, multigrid_cost, point_cost, solves_cost
-  public :: operator(+)
+  public :: cost_t, problem_size_t, condensed_cost, dense_bytes, factorization_cost, multigrid_cost, point_cost, refactoring_cost
+  public :: solves_cost, operator(+), times
 
   !> What something takes: [s] on each rank, and [byte] on all ranks together.
   type :: cost_t
@@ -30,6 +30,10 @@ module sig_solver_costs
     integer :: n_points = 0
     !> number of ranks that solve a point together
     integer :: n_ranks = 1
+    !> [byte] memory that all ranks may take together; default: no limit
+    real(rk) :: memory = huge(1.0_rk)
+    !> largest Young's modulus over the smallest
+    real(rk) :: stiffness_ratio = 1
     !> number of entries of K
     real(rk) :: stiffness_entries = 0
     !> number of entries of its factor, and of operations of a factorization
@@ -49,19 +53,23 @@ module sig_solver_costs
   !> [s] MUMPS: ordering and analysis per dof, assembly per entry of the factor, and one operation
   real(rk), parameter :: analysis = 5.0e-6_rk, per_factor_entry = 6.0e-8_rk, per_operation = 1.6e-10_rk
   !> [s] a solve, per entry of the factor and per dof: a single right-hand side, and each of many at once
-  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [4.8e-10_rk, 8.0e-8_rk]
+  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [3.8e-10_rk, 6.0e-8_rk]
   !> number of right-hand sides from which on they count as many
   integer, parameter :: many = 8
   !> [byte] MUMPS: per entry of the factor, with workspace, and per entry of K
   real(rk), parameter :: factor_bytes = 17.0_rk, stiffness_bytes = 40.0_rk
   !> [s] multigrid, per entry of K: levels without contact, levels of an active set, and one iteration of conjugate gradients
   real(rk), parameter :: levels = 1.0e-6_rk, levels_of_set = 1.5e-7_rk, iteration = 2.0e-8_rk
-  !> usual number of active sets of a point, and iterations for each of them with linear and with quadratic elements
+  !> usual number of active sets of a point, and iterations of multigrid for each of them with linear and with quadratic elements
   integer, parameter :: sets = 8, iterations(2) = [6, 10]
+  !> multigrid needs more iterations where a stiff body touches a soft one: times 6 where moduli differ by 1000
+  real(rk), parameter :: slowing = 0.26_rk
+  !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves
+  integer, parameter :: solves_per_set = 40
   !> [byte] multigrid, per entry of K
-  real(rk), parameter :: multigrid_bytes = 70.0_rk
-  !> [s] of one operation of a dense product
-  real(rk), parameter :: per_dense_operation = 1.0e-10_rk
+  real(rk), parameter :: multigrid_bytes = 85.0_rk
+  !> [s] of one operation of a dense product, and n^3 of them for a dense problem with n unknowns, half of them closed
+  real(rk), parameter :: per_dense_operation = 1.0e-10_rk, dense_share = 0.3_rk
 
 contains
 
@@ -71,6 +79,14 @@ contains
 
     both = cost_t(first%seconds + second%seconds, max(first%bytes, second%bytes))
   end function add_costs
+
+  !> The same again and again: the time grows, the memory does not.
+  pure type(cost_t) function times(n, cost) result(all)
+    integer, intent(in) :: n
+    type(cost_t), intent(in) :: cost
+
+    all = cost_t(n * cost%seconds, cost%bytes)
+  end function times
 
   !> Returns the cost of one factorization of K by MUMPS, with its ordering.
   pure type(cost_t) function factorization_cost(sizes) result(cost)
@@ -100,8 +116,28 @@ contains
     responses = solves_cost(sizes, sizes%n_multipliers)
     cost = factorization_cost(sizes)
     cost%seconds = cost%seconds + responses%seconds
-    cost%bytes = cost%bytes + responses%bytes + 16.0_rk * real(sizes%n_multipliers, rk)**2 * sizes%n_ranks
+    cost%bytes = cost%bytes + responses%bytes + dense_bytes(sizes)
   end function condensed_cost
+
+  !> [byte] Returns the memory of W and of two copies of it on every rank.
+  pure real(rk) function dense_bytes(sizes)
+    type(problem_size_t), intent(in) :: sizes
+
+    dense_bytes = 24.0_rk * real(sizes%n_multipliers, rk)**2 * sizes%n_ranks
+  end function dense_bytes
+
+  !> Returns the cost of active sets by factorizations at n_points points. Each set changes K; a factorization for it may be replaced
+  !> by conjugate gradients with the factor of an earlier set.
+  pure type(cost_t) function refactoring_cost(sizes, n_points) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_points
+    type(cost_t) :: solve
+
+    solve = solves_cost(sizes, 1)
+    cost = factorization_cost(sizes)
+    cost%seconds = cost%seconds * (1 + sets * n_points * min(1.0_rk, solves_per_set * solve%seconds / cost%seconds))
+    cost%bytes = cost%bytes + solve%bytes
+  end function refactoring_cost
 
   !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, and H lambda.
   pure type(cost_t) function point_cost(sizes) result(cost)
@@ -109,7 +145,7 @@ contains
     real(rk) :: n
 
     n = sizes%n_multipliers
-    cost%seconds = per_dense_operation * (n**3 + 2 * n * sizes%n_dofs / sizes%n_ranks)
+    cost%seconds = per_dense_operation * (dense_share * n**3 + 2 * n * sizes%n_dofs / sizes%n_ranks)
   end function point_cost
 
   !> Returns the cost of multigrid at n_points points: levels once, then active sets with levels and iterations of their own.
@@ -118,7 +154,8 @@ contains
     integer, intent(in) :: n_points
     real(rk) :: per_point
 
-    per_point = sets * (levels_of_set + iteration * iterations(merge(2, 1, sizes%is_quadratic)))
+    per_point = sets * (levels_of_set + iteration * iterations(merge(2, 1, sizes%is_quadratic)) * &
+      max(1.0_rk, sizes%stiffness_ratio)**slowing)
     cost%seconds = sizes%stiffness_entries * (levels + n_points * per_point) / sizes%n_ranks
     cost%bytes = multigrid_bytes * sizes%stiffness_entries
   end function multigrid_cost

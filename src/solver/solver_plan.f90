@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Chooses the solver: that of the deck, or for `auto` the one that fits the size of the problem and the number of points.
+!> Chooses the solver: that of the deck, or for `auto` the one that is predicted to take the least time within the memory.
 module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
-  use sig_solver_costs, only: problem_size_t
+  use sig_memory, only: memory_text
+  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, point_cost, &
+    problem_size_t, refactoring_cost, operator(+), times
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -15,29 +17,27 @@ module sig_solver_plan
     character(:), allocatable :: type
     !> cholesky or gamg
     character(:), allocatable :: linear
-    !> whether the stiffness is small enough to be factored once, and the deck does not ask for multigrid
+    !> whether one factorization of the stiffness has room in the memory, and the deck does not ask for multigrid
     logical :: may_factor = .true.
     !> reason of the choice, as text for a message
     character(:), allocatable :: why
   end type solver_plan_t
 
-  !> largest number of multipliers: W is a dense matrix on every rank
-  integer, parameter :: max_condensed = 5000
-  !> [bytes] largest memory for K^-1 B' on all ranks together
-  real(rk), parameter :: max_response = 4.0e9_rk
-  !> largest number of dofs, in the plane and in space, for one factorization; with more, multigrid needs less time and memory
-  integer, parameter :: max_condensed_dofs(2:3) = [500000, 100000]
-  !> largest number of dofs, in the plane and in space, for factorizations in each step; active_set with more of them gets
-  !> multigrid from `auto`. In space both take equal time at 7 000 dofs; at 55 000 multigrid takes a third of the time
-  integer, parameter :: max_factored(2:3) = [500000, 15000]
-  !> smallest number of points for which K^-1 B' is cheaper than factorizations in each step
-  integer, parameter :: min_sweep = 4
+  !> One of the solvers that `auto` chooses from.
+  type :: candidate_t
+    character(10) :: type = ''
+    character(8) :: linear = ''
+    !> for all points
+    type(cost_t) :: cost
+    !> whether the deck allows it
+    logical :: is_allowed = .false.
+  end type candidate_t
 
 contains
 
-  !> Chooses solver and linear solver: those of the deck, or for `auto` by `sizes`, among them the number of points with one
-  !> stiffness. message is allocated if the deck asks for something that is not possible: condensed with more than 5000 multipliers,
-  !> snesvi where only contact holds a body, or snesvi with gamg and a PETSc before 3.19. Otherwise it is not allocated.
+  !> Chooses solver and linear solver: those of the deck, or for `auto` the fastest by prediction. message is allocated if the deck
+  !> asks for something that is not possible: condensed where its dense matrix has no room in the memory, snesvi where only contact
+  !> holds a body, or snesvi with gamg and a PETSc before 3.19. Otherwise it is not allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
     !> section solver of the deck
     type(solver_config_t), intent(in) :: config
@@ -48,13 +48,13 @@ contains
 
     plan%type = config%type
     plan%linear = config%linear
-    plan%may_factor = config%linear /= 'gamg' .and. sizes%n_dofs <= max_condensed_dofs(sizes%n_dim)
+    plan%may_factor = config%linear /= 'gamg' .and. has_room(factorization_cost(sizes), sizes)
     plan%why = 'as the deck says'
-    if (plan%type == 'auto') call choose_type(config%linear, sizes, plan)
-    if (plan%linear == 'auto') call choose_linear(sizes, plan)
-    if (plan%type == 'condensed' .and. sizes%n_multipliers > max_condensed) then
-      message = 'condensed can take at most ' // to_text(max_condensed) // &
-        ' multipliers, because its matrix is dense; the problem has ' // to_text(sizes%n_multipliers) // &
+    if (plan%linear == 'auto' .and. (plan%type == 'condensed' .or. plan%type == 'snesvi')) plan%linear = 'cholesky'
+    if (plan%type == 'auto' .or. plan%linear == 'auto') call take_fastest(candidates_of(config, sizes), sizes, plan)
+    if (config%type == 'condensed' .and. dense_bytes(sizes) > sizes%memory) then
+      message = 'the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // ' for ' // &
+        to_text(sizes%n_multipliers) // ' multipliers, and there is room for ' // memory_text(sizes%memory) // &
         '; solver.type must be active_set, snesvi or auto'
     else if (plan%type == 'snesvi' .and. sizes%is_floating) then
       message = 'snesvi cannot solve a problem in which contact alone holds a body; ' // &
@@ -64,52 +64,75 @@ contains
     end if
   end subroutine make_solver_plan
 
-  pure subroutine choose_type(linear, sizes, plan)
-    !> linear solver that the deck asks for
-    character(*), intent(in) :: linear
+  !> Lists the solvers, with their costs for all points that share a stiffness.
+  pure function candidates_of(config, sizes) result(candidates)
+    type(solver_config_t), intent(in) :: config
+    type(problem_size_t), intent(in) :: sizes
+    type(candidate_t) :: candidates(3)
+    integer :: n
+
+    n = max(1, sizes%n_points)
+    candidates(1) = candidate_t('condensed', 'cholesky', condensed_cost(sizes) + times(n, point_cost(sizes)))
+    candidates(2) = candidate_t('active_set', 'cholesky', refactoring_cost(sizes, n))
+    candidates(3) = candidate_t('active_set', 'gamg', multigrid_cost(sizes, n))
+    candidates%is_allowed = (config%type == 'auto' .or. candidates%type == config%type) .and. &
+      (config%linear == 'auto' .or. candidates%linear == config%linear)
+  end function candidates_of
+
+  !> Takes the fastest of the allowed candidates that have room in the memory, or, if none has, the one that needs least of it.
+  pure subroutine take_fastest(candidates, sizes, plan)
+    type(candidate_t), intent(in) :: candidates(:)
     type(problem_size_t), intent(in) :: sizes
     type(solver_plan_t), intent(inout) :: plan
+    logical :: is_possible(size(candidates))
+    integer :: best, i
 
-    plan%type = 'active_set'
-    if (linear == 'gamg') then
-      plan%why = 'gamg goes with active_set'
-    else if (sizes%n_multipliers > max_condensed) then
-      plan%why = to_text(sizes%n_multipliers) // ' multipliers are too many for a dense matrix'
-    else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response .or. &
-      sizes%n_dofs > max_condensed_dofs(sizes%n_dim)) then
-      plan%why = to_text(sizes%n_dofs) // ' dofs are too many to factor the stiffness and keep the response to each multiplier'
-    else if (sizes%n_points < min_sweep) then
-      plan%why = 'fewer than ' // to_text(min_sweep) // &
-        ' points with one stiffness do not pay for the response to each multiplier'
+    is_possible = candidates%is_allowed .and. has_room(candidates%cost, sizes)
+    if (any(is_possible)) then
+      best = minloc(candidates%cost%seconds, dim=1, mask=is_possible)
     else
-      plan%type = 'condensed'
-      plan%why = to_text(sizes%n_points) // ' points share one factorization'
+      best = minloc(candidates%cost%bytes, dim=1, mask=candidates%is_allowed)
     end if
-  end subroutine choose_type
+    plan%type = trim(candidates(best)%type)
+    plan%linear = trim(candidates(best)%linear)
+    plan%why = 'predicted ' // cost_text(candidates(best)%cost)
+    do i = 1, size(candidates)
+      if (i == best .or. .not. candidates(i)%is_allowed) cycle
+      plan%why = plan%why // '; ' // trim(candidates(i)%type) // ', ' // trim(candidates(i)%linear) // ': ' // &
+        cost_text(candidates(i)%cost)
+      if (.not. has_room(candidates(i)%cost, sizes)) plan%why = plan%why // ', more than there is room for'
+    end do
+  end subroutine take_fastest
 
-  !> Whether W and the responses to all multipliers are small enough for the condensed solver: at most 5000 multipliers, and 4e9
-  !> bytes for all copies of the responses together.
-  pure logical function fits_condensed(n_dofs, n_multipliers, n_copies)
-    integer, intent(in) :: n_dofs
-    integer, intent(in) :: n_multipliers
-    !> how many times the responses are kept: on how many ranks, times for how many stiffnesses; default: 1
-    real(rk), intent(in), optional :: n_copies
-    real(rk) :: response_size
-
-    response_size = 8.0_rk * n_dofs * n_multipliers
-    if (present(n_copies)) response_size = response_size * n_copies
-    fits_condensed = n_multipliers <= max_condensed .and. response_size <= max_response
-  end function fits_condensed
-
-  pure subroutine choose_linear(sizes, plan)
+  !> Whether the memory suffices. Where the points are shared out to groups of ranks, each group has a solver of its own.
+  elemental logical function has_room(cost, sizes)
+    type(cost_t), intent(in) :: cost
     type(problem_size_t), intent(in) :: sizes
-    type(solver_plan_t), intent(inout) :: plan
 
-    plan%linear = 'cholesky'
-    if (plan%type /= 'active_set' .or. sizes%n_dofs <= max_factored(sizes%n_dim)) return
-    plan%linear = 'gamg'
-    plan%why = plan%why // '; multigrid takes less time than factorizations of ' // to_text(sizes%n_dofs) // ' dofs'
-  end subroutine choose_linear
+    has_room = cost%bytes * max(1, min(sizes%n_ranks, sizes%n_points)) <= sizes%memory
+  end function has_room
+
+  !> Returns a cost as text: `12 s and 1.3 GB`, `less than 1 s and 20 MB`.
+  pure function cost_text(cost) result(text)
+    type(cost_t), intent(in) :: cost
+    character(:), allocatable :: text
+
+    text = 'less than 1 s'
+    if (cost%seconds >= 1) text = to_text(int(min(cost%seconds, 1.0e9_rk))) // ' s'
+    text = text // ' and ' // memory_text(cost%bytes)
+  end function cost_text
+
+  !> Whether the condensed solver, with W and the responses to all multipliers, has room in the memory.
+  pure logical function fits_condensed(sizes, n_copies)
+    type(problem_size_t), intent(in) :: sizes
+    !> how many times the solver is kept: on how many groups of ranks, times for how many stiffnesses; default: 1
+    real(rk), intent(in), optional :: n_copies
+    type(cost_t) :: cost
+
+    cost = condensed_cost(sizes)
+    if (present(n_copies)) cost%bytes = cost%bytes * n_copies
+    fits_condensed = cost%bytes <= sizes%memory
+  end function fits_condensed
 
   !> Returns the plan as text for the log, as `solver: active_set, gamg: why`.
   pure function plan_text(plan) result(text)

@@ -436,9 +436,9 @@ PLANTED = [
     ),
     Planted(
         SRC + "solver/solver_plan.f90",
-        "else if (8.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response",
-        "else if (4.0_rk * sizes%n_dofs * sizes%n_multipliers > max_response",
-        "twice the memory for the responses",
+        "is_possible = candidates%is_allowed .and. has_room(candidates%cost, sizes)",
+        "is_possible = candidates%is_allowed",
+        "the fastest solver whatever memory it needs",
     ),
     Planted(
         SRC + "solver/free_response.F90",

@@ -50,6 +50,9 @@ module sig_sampled_responses
     integer, private :: n_most = 0
     type(reduced_interpolated_t), allocatable, private :: reduced
     class(room_t), allocatable, private :: room
+    !> number of points with one stiffness from which on they have a factorization of their own
+    integer, parameter :: enough_points = 4
+
   contains
     procedure :: choose
     procedure :: collect
@@ -124,12 +127,13 @@ contains
   end subroutine tell_why_factored
 
   !> Whether the responses may replace the planned solver: the deck asks for the condensed solver, or leaves the choice (auto) and
-  !> another solver than condensed is planned. Local.
+  !> another solver than condensed is planned, or only a few points share a stiffness. Local.
   pure logical function may_condense(problem)
     type(problem_t), intent(in) :: problem
 
     associate (type => problem%deck%solver%type)
-      may_condense = type == 'condensed' .or. (type == 'auto' .and. problem%plan%type /= 'condensed')
+      may_condense = type == 'condensed' .or. &
+        (type == 'auto' .and. (problem%plan%type /= 'condensed' .or. problem%sizes%n_points < enough_points))
     end associate
   end function may_condense
 
@@ -147,7 +151,7 @@ contains
     reason = why_not_condensed(problem)
     if (reason /= '') return
     associate (n_dofs => problem%mesh%n_dim * problem%mesh%n_nodes, n_nodes => usual_nodes_of(constants))
-      if (.not. fits_condensed(n_dofs, problem%rows%n_rows, n_nodes * n_ranks)) then
+      if (.not. fits_condensed(problem%sizes, n_nodes * n_ranks)) then
         reason = 'the responses of ' // to_text(n_dofs) // ' dofs to ' // to_text(problem%rows%n_rows) // &
           ' multipliers need too much memory'
       else if (n_nodes > n_most) then

@@ -87,7 +87,7 @@ contains
     if (.not. problem%has_fixed_stiffness) return
     ! with anchors the unknowns of W are not the multipliers alone
     if (.not. problem%plan%may_factor .or. self%system%motions%n_free > 0) return
-    if (.not. fits_condensed(self%system%map%n_dofs, problem%rows%n_rows)) return
+    if (.not. fits_condensed(problem%sizes)) return
     PetscCall(solver%condense(self%condensed, ierr))
     if (self%condensed%reason /= reason_converged) return
     call self%contact%create(self%condensed%compliance)
