@@ -6,6 +6,7 @@ module sig_contact_system
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_clock, only: wall_time
   use sig_contact_rows, only: contact_rows_t
+  use sig_corner_means, only: corner_means_t, find_corner_means
   use sig_dof_map, only: create_dof_map, dof_map_t
   use sig_elastic_body, only: elastic_body_t
   use sig_kinds, only: rk
@@ -37,6 +38,8 @@ module sig_contact_system
     real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
     !> two work vectors with the layout of K
+    !> of which corners each node is the middle
+    type(corner_means_t) :: corner_means
     Vec :: work_in
     Vec :: work_out
   contains
@@ -80,6 +83,7 @@ contains
     self%partition_seconds = wall_time() - start
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
     call create_dof_map(mesh, partition, rank, n_ranks, self%map)
+    call find_corner_means(mesh, self%corner_means)
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, rows, self%motions)
     start = wall_time()
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, self%stiffness, ierr))

@@ -8,6 +8,7 @@ module sig_active_set
   use sig_contact_system, only: contact_system_t
   use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
+  use sig_linear_interpolant, only: set_linear_interpolant
   use sig_linear_solver, only: constrain, hold, linear_solver_t, set_near_null_space
   use sig_log, only: log_warning
   use sig_next_active_set, only: next_active_set
@@ -67,6 +68,8 @@ module sig_active_set
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
   !> [-] noise_levels if the preconditioner is a factor: its tightest tolerance is as good as a new factorization
   real(rk), parameter :: factor_noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, rounding]
+  !> number of steps at one point from which on no solution is coarse any more
+  integer, parameter :: usual_steps = 12
   !> usual number of iterations of conjugate gradients; a factorization that takes less time than so many solves is made anew
   integer, parameter :: usual_iterations = 40
 
@@ -104,6 +107,7 @@ contains
     PetscCall(constrain(system, system%stiffness, system%boundary%prescribed_dofs, nothing, nothing, bodies, rhs, ierr))
     PetscCall(VecDestroy(rhs, ierr))
     PetscCall(set_near_null_space(system, bodies, ierr))
+    PetscCall(set_linear_interpolant(system, bodies, ierr))
     PetscCall(self%linear_solver%factor(bodies, 'active_set_', ierr))
     if (self%linear_solver%reason == reason_converged) then
       PetscCall(self%form%create_inverse(system, inverse, ierr))
@@ -138,9 +142,9 @@ contains
   end subroutine solve
 
   !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
-  !> held from the first step on. If an active set occurs a second time, from then on a step changes only the wrong pair with the
-  !> lowest number, or exchanges it for another one (change_first): without rounding errors this cannot cycle, but it needs more
-  !> steps. Collective.
+  !> held from the first step on. If an active set occurs a second time though solutions are accurate, from then on a step changes
+  !> only the wrong pair with the lowest number, or exchanges it for another one (change_first): without rounding errors this
+  !> cannot cycle, but it needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -170,7 +174,11 @@ contains
       end if
       call keep_hold(system%motions, state%is_active, step%multipliers, next)
       if (all(next .eqv. state%is_active)) call exchange_hold(system, step, next)
-      is_single = is_single .or. has_column(history, next)
+      if (state%n_iterations >= usual_steps .or. has_column(history, next)) then
+        ! coarse forces may be the reason
+        is_single = is_single .or. (self%level == size(tolerance_levels) .and. has_column(history, next))
+        self%level = size(tolerance_levels)
+      end if
       if (is_single) next = change_first(system%motions, state%is_active, step%wanted)
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_pulled_off

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/contact_levels.h"
 
-// P is the finest interpolation of GAMG and S = diag(free_share). The unknowns x = T^-1 u have the interpolation S T^-1
-// P. The first coarse matrix is computed as (T S T^-1 P)' K (T S T^-1 P), because K has far fewer entries than T' K T
-// if contact rows have many nodes.
+// P is the finest interpolation, of GAMG or from linear elements, and S = diag(free_share). The unknowns x = T^-1 u
+// have the interpolation S T^-1 P. The first coarse matrix is computed as (T S T^-1 P)' K (T S T^-1 P), because K has
+// far fewer entries than T' K T if contact rows have many nodes.
 typedef struct {
   Mat stiffness, transformation;
   Mat free_interpolation; // T^-1 P
@@ -48,13 +48,13 @@ static PetscErrorCode keep_levels(KSP ksp, Levels *levels) {
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformation, Mat inverse) {
   PC pc;
   Mat interpolation;
-  PetscBool is_gamg;
+  PetscBool has_levels;
   PetscInt n_levels;
   Levels *levels;
 
   PetscCall(KSPGetPC(ksp, &pc));
-  PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
-  if (!is_gamg) return 0;
+  PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &has_levels, PCGAMG, PCMG, ""));
+  if (!has_levels) return 0;
   PetscCall(PCMGGetLevels(pc, &n_levels));
   if (n_levels < 2) return 0;
   PetscCall(PetscNew(&levels));

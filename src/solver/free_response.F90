@@ -7,6 +7,7 @@ module sig_free_response
   use sig_holding, only: anchors_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
+  use sig_linear_interpolant, only: set_linear_interpolant
   use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
   use sig_reasons, only: reason_converged, reason_floating_body
   use petsc
@@ -40,6 +41,7 @@ contains
     PetscCall(constrain(system, system%stiffness, dofs, nothing, nothing, constrained, unused, ierr))
     if (linear_solver%is_multigrid) then
       PetscCall(set_near_null_space(system, constrained, ierr))
+      PetscCall(set_linear_interpolant(system, constrained, ierr))
     end if
     PetscCall(linear_solver%factor(constrained, 'fom_', ierr))
     PetscCall(MatDestroy(constrained, ierr))

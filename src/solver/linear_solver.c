@@ -6,6 +6,7 @@
 #include "factorization.h"
 #include "signorom/contact_levels.h"
 #include "signorom/petsc_support.h"
+#include "signorom/quadratic_levels.h"
 #include "signorom/symmetric_copy.h"
 
 // Number of right-hand sides per call of MatMatSolve; a larger number only needs more memory.
@@ -64,6 +65,7 @@ static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
   PetscCall(PCSetUseAmat(pc, is_gamg));
+  if (is_gamg) PetscCall(sig_quadratic_levels_create(ksp, matrix, prepare_gamg));
   PetscCall(set_up_with_margin(ksp));
   return 0;
 }

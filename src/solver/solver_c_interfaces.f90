@@ -6,7 +6,7 @@ module sig_solver_c_interfaces
   private
   public :: sig_linear_solver_create, sig_linear_solver_change_unknowns, sig_linear_solver_hold, sig_linear_solver_renew
   public :: sig_linear_solver_solve, sig_linear_solver_keep_factor, sig_linear_solver_solve_many, sig_linear_solver_destroy
-  public :: sig_set_near_null_space, sig_linear_solver_solves_per_factorization, sig_snes_vi_solve
+  public :: sig_set_linear_interpolant, sig_set_near_null_space, sig_linear_solver_solves_per_factorization, sig_snes_vi_solve
 
   interface
     function sig_linear_solver_create(matrix, prefix, kind, ksp, reason, message) result(status) bind(c)
@@ -53,6 +53,14 @@ module sig_solver_c_interfaces
       integer(c_int), value :: max_iterations
       integer(c_int) :: status
     end function sig_linear_solver_keep_factor
+
+    function sig_set_linear_interpolant(matrix, n_dim, n_nodes, n_corners, offsets, corners_0) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix
+      integer(c_int), value :: n_dim, n_nodes, n_corners
+      integer(c_int), intent(in) :: offsets(*), corners_0(*)
+      integer(c_int) :: status
+    end function sig_set_linear_interpolant
 
     function sig_set_near_null_space(matrix, n_modes, n_local, modes) result(status) bind(c)
       import :: c_double, c_int, c_intptr_t

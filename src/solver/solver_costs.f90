@@ -53,17 +53,21 @@ module sig_solver_costs
   !> [s] MUMPS: ordering and analysis per dof, assembly per entry of the factor, and one operation
   real(rk), parameter :: analysis = 5.0e-6_rk, per_factor_entry = 6.0e-8_rk, per_operation = 1.6e-10_rk
   !> [s] a solve, per entry of the factor and per dof: a single right-hand side, and each of many at once
-  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [3.8e-10_rk, 6.0e-8_rk]
+  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [4.0e-10_rk, 3.0e-8_rk]
   !> number of right-hand sides from which on they count as many
   integer, parameter :: many = 8
   !> [byte] MUMPS: per entry of the factor, with workspace, and per entry of K
   real(rk), parameter :: factor_bytes = 17.0_rk, stiffness_bytes = 40.0_rk
-  !> [s] multigrid, per entry of K: levels without contact, levels of an active set, and one iteration of conjugate gradients
-  real(rk), parameter :: levels = 1.0e-6_rk, levels_of_set = 1.5e-7_rk, iteration = 2.0e-8_rk
-  !> usual number of active sets of a point, and iterations of multigrid for each of them with linear and with quadratic elements
-  integer, parameter :: sets = 8, iterations(2) = [6, 10]
-  !> multigrid needs more iterations where a stiff body touches a soft one: times 6 where moduli differ by 1000
-  real(rk), parameter :: slowing = 0.26_rk
+  !> [s] multigrid with linear and with quadratic elements, per entry of K: levels without contact, levels of an active set, and one
+  !> iteration of conjugate gradients
+  real(rk), parameter :: levels(2) = [6.0e-7_rk, 4.0e-7_rk], levels_of_set(2) = [1.0e-7_rk, 6.0e-8_rk]
+  real(rk), parameter :: iteration(2) = [1.2e-8_rk, 8.0e-9_rk]
+  !> [s] multigrid at one point, per dof
+  real(rk), parameter :: per_dof = 1.0e-5_rk
+  !> usual number of active sets of a point, and iterations for each of them
+  integer, parameter :: sets = 8, iterations(2) = [6, 8]
+  !> ratio of moduli from which on multigrid needs more iterations, in proportion to the root of what is beyond
+  real(rk), parameter :: harmless_ratio = 10
   !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves
   integer, parameter :: solves_per_set = 40
   !> [byte] multigrid, per entry of K
@@ -126,16 +130,19 @@ contains
     dense_bytes = 24.0_rk * real(sizes%n_multipliers, rk)**2 * sizes%n_ranks
   end function dense_bytes
 
-  !> Returns the cost of active sets by factorizations at n_points points. Each set changes K; a factorization for it may be replaced
-  !> by conjugate gradients with the factor of an earlier set.
+  !> Returns the cost of active sets by factorizations at n_points points. Each set changes K; a factorization for it may be
+  !> replaced by conjugate gradients with the factor of an earlier set.
   pure type(cost_t) function refactoring_cost(sizes, n_points) result(cost)
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
     type(cost_t) :: solve
+    real(rk) :: again
 
     solve = solves_cost(sizes, 1)
     cost = factorization_cost(sizes)
-    cost%seconds = cost%seconds * (1 + sets * n_points * min(1.0_rk, solves_per_set * solve%seconds / cost%seconds))
+    ! the ordering stays
+    again = cost%seconds - analysis * sizes%n_dofs / sizes%n_ranks
+    cost%seconds = cost%seconds + sets * n_points * min(again, solves_per_set * solve%seconds)
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
 
@@ -153,10 +160,12 @@ contains
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
     real(rk) :: per_point
+    integer :: i
 
-    per_point = sets * (levels_of_set + iteration * iterations(merge(2, 1, sizes%is_quadratic)) * &
-      max(1.0_rk, sizes%stiffness_ratio)**slowing)
-    cost%seconds = sizes%stiffness_entries * (levels + n_points * per_point) / sizes%n_ranks
+    i = merge(2, 1, sizes%is_quadratic)
+    per_point = sets * (levels_of_set(i) + iteration(i) * iterations(i) * sqrt(max(1.0_rk, sizes%stiffness_ratio / harmless_ratio)))
+    cost%seconds = (sizes%stiffness_entries * (levels(i) + n_points * per_point) + n_points * per_dof * sizes%n_dofs) / &
+      sizes%n_ranks
     cost%bytes = multigrid_bytes * sizes%stiffness_entries
   end function multigrid_cost
 end module sig_solver_costs

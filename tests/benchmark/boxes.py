@@ -98,6 +98,13 @@ def grid_counts(element, n_dofs, aspect):
 
 def write_boxes(path, element, n_dofs, aspect):
     """Writes both boxes as gmsh 2.2 binary; returns the number of nodes."""
+    nodes, groups = make_boxes(element, n_dofs, aspect)
+    write_gmsh(path, nodes, groups)
+    return len(nodes)
+
+
+def make_boxes(element, n_dofs, aspect):
+    """Nodes of both boxes, and groups: [(kind, name, members from 0)]."""
     counts = grid_counts(element, n_dofs, aspect)
     up = len(counts) - 1
     sizes = [1.0] * up + [aspect]
@@ -126,8 +133,7 @@ def write_boxes(path, element, n_dofs, aspect):
         groups.append((facet, "front", np.vstack([lower[1, 0], upper[1, 0]])))
     if element in LINEAR:
         nodes, groups = with_middles(nodes, groups, element)
-    write_gmsh(path, nodes, groups)
-    return len(nodes)
+    return nodes, groups
 
 
 def write_gmsh(path, nodes, groups):

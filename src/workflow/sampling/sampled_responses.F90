@@ -50,9 +50,6 @@ module sig_sampled_responses
     integer, private :: n_most = 0
     type(reduced_interpolated_t), allocatable, private :: reduced
     class(room_t), allocatable, private :: room
-    !> number of points with one stiffness from which on they have a factorization of their own
-    integer, parameter :: enough_points = 4
-
   contains
     procedure :: choose
     procedure :: collect
@@ -62,6 +59,8 @@ module sig_sampled_responses
     procedure :: n_factorizations
   end type sampled_responses_t
 
+  !> number of points with one stiffness from which on they have a factorization of their own
+  integer, parameter :: enough_points = 4
   !> number of points that are solved first: if the responses are exact, and if they are interpolated
   integer, parameter :: n_first_exact = 4, n_first_interpolated = 20
   !> [-] largest error of the contact forces that counts as rounding
