@@ -70,6 +70,8 @@ module sig_solver_costs
   real(rk), parameter :: harmless_ratio = 10
   !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves
   integer, parameter :: solves_per_set = 40
+  !> [-] the condensed solver keeps its responses if they take at most this share of the memory: a sixteenth of the machine's
+  real(rk), parameter :: share_of_responses = 0.1_rk
   !> [byte] multigrid, per entry of K
   real(rk), parameter :: multigrid_bytes = 85.0_rk
   !> [s] of one operation of a dense product, and n^3 of them for a dense problem with n unknowns, half of them closed
@@ -112,7 +114,8 @@ contains
     cost%bytes = 8.0_rk * sizes%n_dofs * n_columns
   end function solves_cost
 
-  !> Returns the cost of the condensed solver at no point yet: one factorization, a solve for each multiplier, and W on every rank.
+  !> Returns the cost of the condensed solver at no point yet: one factorization, which it keeps, a solve for each multiplier, and W
+  !> on every rank. The responses to all multipliers are kept where they are small.
   pure type(cost_t) function condensed_cost(sizes) result(cost)
     type(problem_size_t), intent(in) :: sizes
     type(cost_t) :: responses
@@ -120,14 +123,24 @@ contains
     responses = solves_cost(sizes, sizes%n_multipliers)
     cost = factorization_cost(sizes)
     cost%seconds = cost%seconds + responses%seconds
-    cost%bytes = cost%bytes + responses%bytes + dense_bytes(sizes)
+    cost%bytes = cost%bytes + dense_bytes(sizes)
+    if (keeps_responses(sizes)) cost%bytes = cost%bytes + responses%bytes
   end function condensed_cost
 
-  !> [byte] Returns the memory of W and of two copies of it on every rank.
+  !> Whether the condensed solver keeps the responses to all multipliers.
+  pure logical function keeps_responses(sizes)
+    type(problem_size_t), intent(in) :: sizes
+    type(cost_t) :: responses
+
+    responses = solves_cost(sizes, sizes%n_multipliers)
+    keeps_responses = responses%bytes <= share_of_responses * sizes%memory
+  end function keeps_responses
+
+  !> [byte] Returns the memory of W and of two copies of it on every rank that solves the same point.
   pure real(rk) function dense_bytes(sizes)
     type(problem_size_t), intent(in) :: sizes
 
-    dense_bytes = 24.0_rk * real(sizes%n_multipliers, rk)**2 * sizes%n_ranks
+    dense_bytes = 24.0_rk * real(sizes%n_multipliers, rk)**2 * max(1, sizes%n_ranks / max(1, sizes%n_points))
   end function dense_bytes
 
   !> Returns the cost of active sets by factorizations at n_points points. Each set changes K; a factorization for it may be
@@ -146,13 +159,19 @@ contains
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
 
-  !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, and H lambda.
+  !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, and the
+  !> displacement, by the responses or by one more solve.
   pure type(cost_t) function point_cost(sizes) result(cost)
     type(problem_size_t), intent(in) :: sizes
     real(rk) :: n
 
     n = sizes%n_multipliers
-    cost%seconds = per_dense_operation * (dense_share * n**3 + 2 * n * sizes%n_dofs / sizes%n_ranks)
+    if (keeps_responses(sizes)) then
+      cost%seconds = per_dense_operation * 2 * n * sizes%n_dofs / sizes%n_ranks
+    else
+      cost = solves_cost(sizes, 1)
+    end if
+    cost%seconds = cost%seconds + per_dense_operation * dense_share * n**3
   end function point_cost
 
   !> Returns the cost of multigrid at n_points points: levels once, then active sets with levels and iterations of their own.

@@ -5,7 +5,7 @@ module sig_solver_plan
   use sig_kinds, only: rk
   use sig_memory, only: memory_text
   use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, point_cost, &
-    problem_size_t, refactoring_cost, operator(+), times
+    problem_size_t, refactoring_cost, solves_cost, operator(+), times
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -122,16 +122,18 @@ contains
     text = text // ' and ' // memory_text(cost%bytes)
   end function cost_text
 
-  !> Whether the condensed solver, with W and the responses to all multipliers, has room in the memory.
+  !> Whether W and the responses to all multipliers have room in the memory.
   pure logical function fits_condensed(sizes, n_copies)
     type(problem_size_t), intent(in) :: sizes
-    !> how many times the solver is kept: on how many groups of ranks, times for how many stiffnesses; default: 1
+    !> how many times they are kept: on how many groups of ranks, times for how many stiffnesses; default: 1
     real(rk), intent(in), optional :: n_copies
-    type(cost_t) :: cost
+    type(cost_t) :: responses
+    real(rk) :: n_bytes
 
-    cost = condensed_cost(sizes)
-    if (present(n_copies)) cost%bytes = cost%bytes * n_copies
-    fits_condensed = cost%bytes <= sizes%memory
+    responses = solves_cost(sizes, sizes%n_multipliers)
+    n_bytes = dense_bytes(sizes) + responses%bytes
+    if (present(n_copies)) n_bytes = n_bytes * n_copies
+    fits_condensed = n_bytes <= sizes%memory
   end function fits_condensed
 
   !> Returns the plan as text for the log, as `solver: active_set, gamg: why`.
