@@ -2,7 +2,8 @@
 !> Messages for the case that the process has too little memory.
 module sig_memory_check
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use sig_base_c_interfaces, only: sig_begin_memory_watch, sig_end_memory_watch, sig_memory_use, sig_need_memory
+  use sig_base_c_interfaces, only: sig_begin_memory_watch, sig_end_memory_watch, sig_memory_use, sig_need_memory, &
+    sig_return_large_blocks
   use sig_kinds, only: rk
   use sig_lapack_interfaces, only: dgetrf
   use sig_text, only: to_text
@@ -14,7 +15,7 @@ contains
 
   !> Calls LAPACK once, so that BLAS allocates its work space, which it keeps. Without enough memory OpenBLAS would try this without
   !> an end. In this case, and if less than 100 MB are left of a limit of address space (ulimit -v), the process ends with a message
-  !> and exit code 2.
+  !> and exit code 2. From here on, large blocks of memory go back to the system when they are freed.
   subroutine start_linear_algebra()
     real(rk) :: matrix(1, 1)
     !> [bytes] more than the smallest problems take; libraries that run out of memory seldom say so
@@ -22,6 +23,7 @@ contains
     integer :: info, pivots(1)
 
     matrix = 1
+    call sig_return_large_blocks()
     call sig_begin_memory_watch()
     call dgetrf(1, 1, matrix, 1, pivots, info)
     call sig_end_memory_watch()

@@ -80,6 +80,7 @@ contains
     do i = 1, errors%n_errors()
       call self%fail(errors%errors(i))
     end do
+    PetscCall(agree_on_size(self%deck, ierr))
     if (self%exit_code /= exit_success) return
     complaint = complaint_about_options(command%petsc_options, self%deck%solver%linear)
     if (len(complaint) > 0) then
@@ -94,6 +95,20 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) call self%fail(error)
   end subroutine open
+
+  !> Makes the size that the deck leaves to the machine (reduction.max_full_order_size) that of the smallest machine, so that all
+  !> ranks choose alike. Collective on all ranks.
+  subroutine agree_on_size(deck, ierr)
+    type(deck_config_t), intent(inout) :: deck
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: negative
+
+    ierr = 0
+    if (.not. deck%reduction%is_size_auto) return
+    negative = -deck%reduction%max_full_order_size
+    PetscCall(max_over_ranks(PETSC_COMM_WORLD, negative, ierr))
+    deck%reduction%max_full_order_size = -negative
+  end subroutine agree_on_size
 
   !> Makes and locks the results folder of the deck; sets `folder`. Collective on all ranks.
   !>

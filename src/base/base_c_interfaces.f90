@@ -7,7 +7,8 @@ module sig_base_c_interfaces
   public :: strlen, sig_random_below, sig_random_fraction, sig_install_stop_signals, sig_is_stop_requested, &
     sig_set_last_words, sig_is_terminal, sig_run_shell, sig_memory_use, sig_begin_memory_watch, sig_end_memory_watch, &
     sig_need_memory, sig_error_text, sig_free, sig_write_all, sig_shortest_decimal, sig_run_threads, sig_processor_count, &
-    sig_open_to_append, sig_terminal_columns, sig_machine_memory
+    sig_open_to_append, sig_terminal_columns, sig_machine_memory, &
+    sig_return_large_blocks
 
   interface
     function sig_random_fraction(state) result(value) bind(c)
@@ -50,6 +51,9 @@ module sig_base_c_interfaces
       character(kind=c_char), intent(in) :: root(*)
       real(c_double) :: n_bytes
     end function sig_machine_memory
+
+    subroutine sig_return_large_blocks() bind(c)
+    end subroutine sig_return_large_blocks
 
     subroutine sig_begin_memory_watch() bind(c)
     end subroutine sig_begin_memory_watch

@@ -2,6 +2,7 @@
 #define _DEFAULT_SOURCE /* setitimer */
 #include "signorom/memory.h"
 
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <string.h>
@@ -27,6 +28,8 @@ void sig_memory_use(double *peak, double *limit) {
     if (sscanf(line, "VmPeak: %lf", peak) == 1) *peak *= 1024;
   fclose(status);
 }
+
+void sig_return_large_blocks(void) { mallopt(M_MMAP_THRESHOLD, 1 << 20); }
 
 static void give_up(int number) {
   (void)number;

@@ -346,8 +346,11 @@ module sig_deck_config
     real(rk) :: displacement_tolerance = 1.0e-3_rk
     !> whether the model gives fields; default no
     logical :: has_fields = .false.
-    !> [MB] memory >= 0 for the condensed full-order operator, of displacements too if they fit; 0 = none; default 64
-    real(rk) :: max_full_order_size = 64
+    !> [MB] memory >= 0 for the condensed full-order operator, of displacements too if they fit; 0 = none; default: an eighth of the
+    !> memory of the machine, at most 2000
+    real(rk) :: max_full_order_size = 2000
+    !> whether the deck leaves this size to the machine (auto)
+    logical :: is_size_auto = .true.
     !> [MB] memory >= 0 of a condensed model for pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
     !> [-] between 0 and 1: largest relative error of the contact forces from interpolation over elastic constants; default 1.0e-6

@@ -8,6 +8,7 @@ module sig_deck_read_reduction
     name_of, number_of
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
+  use sig_memory, only: machine_memory
   implicit none(type, external)
   private
   public :: read_reduction, read_count_or_word, read_tolerance_or_none
@@ -44,6 +45,7 @@ contains
     reduction%enrichment%type = trim(enrichments(1))
     reduction%enrichment%side = trim(sides(1))
     allocate (reduction%zones_of_interest(0))
+    reduction%max_full_order_size = usual_full_order_size()
     i_reduction = get_mapping(tree, root_node, 'reduction', .false.)
     call read_certificate(tree, reduction)
     if (i_reduction == 0) return
@@ -60,11 +62,34 @@ contains
     switch = trim(switches(1))
     call get_choice(tree, i_reduction, 'fields', .false., switches, switch)
     reduction%has_fields = switch == switches(2)
-    call get_number(tree, i_reduction, 'max_full_order_size', .false., reduction%max_full_order_size)
+    call read_full_order_size(tree, i_reduction, reduction)
     call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
     call get_number(tree, i_reduction, 'stiffness_tolerance', .false., reduction%stiffness_tolerance)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
+
+  !> [MB] Returns the largest size of the full-order operator unless the deck sets it: an eighth of the memory of this machine, at
+  !> most 2000. The model file is about as large, and each rank has a copy of the model.
+  real(rk) function usual_full_order_size() result(megabytes)
+    real(rk), parameter :: share = 1.0_rk / 8, most = 2000, bytes_per_megabyte = 1.0e6_rk
+
+    megabytes = min(share * machine_memory() / bytes_per_megabyte, most)
+  end function usual_full_order_size
+
+  !> Reads max_full_order_size; `auto` leaves the default. Errors: another word.
+  subroutine read_full_order_size(tree, i_reduction, reduction)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_reduction
+    type(reduction_config_t), intent(inout) :: reduction
+    integer :: i_node
+    logical :: is_valid
+
+    i_node = tree%find(i_reduction, 'max_full_order_size')
+    if (i_node == 0) return
+    if (is_word(tree, i_node, 'auto')) return
+    call number_of(tree, i_node, reduction%max_full_order_size, is_valid)
+    reduction%is_size_auto = .false.
+  end subroutine read_full_order_size
 
   !> Reads the section `certificate`: `max_error: none` sets reduction%max_error to 0, which means no limit, and `auto` leaves its
   !> default. Errors: any other value that is no number greater than 0, an unknown key.

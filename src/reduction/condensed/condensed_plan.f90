@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
+  use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh_checks, only: nodes_of_boundary
@@ -9,7 +10,7 @@ module sig_condensed_plan
   implicit none(type, external)
   private
   public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
-  public :: number_size
+  public :: number_size, room_for_forces
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
@@ -53,7 +54,7 @@ contains
         if (reason == '') kind = 'interpolated'
       else if (reason == '') then
         kind = 'condensed'
-      else if (problem%rows%n_rows > 0 .and. forces_size(problem) > deck%reduction%max_full_order_size .and. &
+      else if (problem%rows%n_rows > 0 .and. forces_size(problem) > room_for_forces(deck%reduction) .and. &
                deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0 .and. problem%plan%may_factor) then
         kind = 'tied'
       end if
@@ -68,17 +69,27 @@ contains
     character(:), allocatable :: reason
 
     reason = ''
-    associate (room => problem%deck%reduction%max_full_order_size)
+    associate (room => room_for_forces(problem%deck%reduction))
       if (problem%rows%n_rows == 0) then
         reason = 'there is no contact with a free displacement'
       else if (forces_size(problem) > room) then
         reason = 'the matrix of all contacts takes ' // short_number(forces_size(problem), 2) // ' MB, more than ' // &
-          'reduction.max_full_order_size'
+          'reduction.max_full_order_size allows (' // short_number(room, 2) // ' MB)'
       else if (.not. problem%plan%may_factor) then
         reason = 'the stiffness is too large to factor, or solver.linear is gamg'
       end if
     end associate
   end function why_not_condensed
+
+  !> [MB] Returns the largest size of W and q: reduction.max_full_order_size; where this is auto, at most that of 5000 contacts,
+  !> because the time for a point grows with the third power of their number.
+  pure real(rk) function room_for_forces(reduction) result(room)
+    type(reduction_config_t), intent(in) :: reduction
+    integer, parameter :: usual_contacts = 5000
+
+    room = reduction%max_full_order_size
+    if (reduction%is_size_auto) room = min(room, number_size * real(usual_contacts, rk)**2)
+  end function room_for_forces
 
   !> [MB] Returns the memory for W and q (of all terms). One MB is 1e6 bytes.
   pure real(rk) function forces_size(problem)

@@ -8,7 +8,7 @@
 !> rings of neighbors around them.
 module sig_tied_training
   use sig_bits, only: pack_columns
-  use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements
+  use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements, room_for_forces
   use sig_energy_modes, only: choose_combinations, product_of
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
@@ -108,7 +108,7 @@ contains
           real(problem%boundary%n_terms + count(data%clusters(k)%status == row_changing), rk)
       end do
       least = min(least, room)
-      if (room <= problem%deck%reduction%max_full_order_size) return
+      if (room <= room_for_forces(problem%deck%reduction)) return
       if (n_clusters >= min(most_clusters, size(sets, 2))) exit
       n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
     end do
