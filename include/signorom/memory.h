@@ -16,8 +16,8 @@ void sig_end_memory_watch(void);
  * there is no limit. */
 void sig_need_memory(double n_bytes);
 
-/* From here on, freed blocks of 1 MB and more go back to the system at once. Else blocks of many megabytes that come and
- * go, as those of columns of responses do, leave holes among small blocks, and the process grows by the half. */
+/* From here on, freed blocks of 1 MB and more go back to the system at once. Else blocks of many megabytes that come
+ * and go, as those of columns of responses do, leave holes among small blocks, and the process grows by the half. */
 void sig_return_large_blocks(void);
 
 /* Returns the memory that the processes of this machine may take together [bytes]: that of the machine, or the smallest

@@ -21,6 +21,7 @@ module sig_check
   use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
+  use sig_study_plan, only: stage_lines
   use sig_text, only: counted, fine_digits, join, short_number, string_t, to_text
   use petsc
   implicit none(type, external)
@@ -49,7 +50,7 @@ contains
       call session%fail(error)
       return
     end if
-    PetscCall(session%full_order%load(session%deck, error, ierr))
+    PetscCall(session%load_study(error, ierr))
     allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
     if (session%deck%has_training .and. .not. allocated(error)) then
       call build_points(session%deck%training, session%deck%parameters, training, error)
@@ -140,15 +141,15 @@ contains
   end function boundary_text
 
   !> Returns the comment lines below the deck, without a line end at their end: sizes, numbers of training points (or candidates)
-  !> and test points, contacts, the condition number of B (only if there are contact rows), the planned solver, notes and inert
-  !> pairs.
+  !> and test points, contacts, the condition number of B (only if there are contact rows), the planned solver, what the
+  !> stages are predicted to take, notes and inert pairs.
   function sizes_text(problem, training, test) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training(:, :)
     real(rk), intent(in) :: test(:, :)
     character(:), allocatable :: text, training_text
-    type(string_t), allocatable :: inert(:), contact(:)
+    type(string_t), allocatable :: inert(:), contact(:), stages(:)
     integer :: i
 
     inert = inert_pair_names(problem)
@@ -167,6 +168,10 @@ contains
     if (problem%rows%n_rows > 0) text = text // new_line('a') // '# condition number of the contact matrix B: ' // &
       short_number(condition_of_rows(problem%rows, problem%boundary%is_prescribed), fine_digits)
     text = text // new_line('a') // '# ' // plan_text(problem%plan)
+    stages = stage_lines(problem)
+    do i = 1, size(stages)
+      text = text // new_line('a') // '# ' // stages(i)%text
+    end do
     do i = 1, size(problem%contact_notes)
       text = text // new_line('a') // '# note: ' // problem%contact_notes(i)%text
     end do

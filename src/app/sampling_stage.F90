@@ -39,7 +39,7 @@ contains
     call need_training(session, error)
     if (.not. allocated(error)) then
       call announce_stiffness(session)
-      PetscCall(session%full_order%load(session%deck, error, ierr))
+      PetscCall(session%load_study(error, ierr))
     end if
     if (allocated(error)) then
       continue

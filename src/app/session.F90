@@ -16,6 +16,7 @@ module sig_session
   use sig_log, only: log_error, log_info
   use sig_petsc_support, only: insert_petsc_options, max_over_ranks, options_unused_everywhere
   use sig_signals, only: say_when_ended
+  use sig_study_plan, only: plan_study
   use sig_text, only: string_t
   use petsc
   implicit none(type, external)
@@ -44,6 +45,7 @@ module sig_session
     type(full_order_t) :: full_order
   contains
     procedure :: open
+    procedure :: load_study
     procedure :: claim_folder
     procedure :: fail
     procedure :: stop => stop_session
@@ -109,6 +111,19 @@ contains
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, negative, ierr))
     deck%reduction%max_full_order_size = -negative
   end subroutine agree_on_size
+
+  !> Loads the problem and plans the stages of the study together, unless that is done. Collective on all ranks. Errors: those of
+  !> the loading of the problem.
+  subroutine load_study(self, error, ierr)
+    class(session_t), intent(inout) :: self
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    logical :: was_loaded
+
+    was_loaded = self%full_order%is_loaded
+    PetscCall(self%full_order%load(self%deck, error, ierr))
+    if (.not. (was_loaded .or. allocated(error))) call plan_study(self%full_order%problem)
+  end subroutine load_study
 
   !> Makes and locks the results folder of the deck; sets `folder`. Collective on all ranks.
   !>

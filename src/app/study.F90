@@ -87,7 +87,7 @@ contains
     call need_training(session, error)
     ierr = 0
     if (.not. allocated(error)) then
-      PetscCall(session%full_order%load(session%deck, error, ierr))
+      PetscCall(session%load_study(error, ierr))
     end if
     if (.not. allocated(error)) then
       PetscCall(read_snapshots(session, session%full_order%problem, snapshots, selection, error, ierr))
@@ -211,14 +211,14 @@ contains
       call session%fail(error)
       return
     end if
-    PetscCall(session%full_order%load(session%deck, error, ierr))
+    PetscCall(session%load_study(error, ierr))
     associate (problem => session%full_order%problem)
       if (.not. allocated(error)) call check_points(problem, points, error)
       if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
       session%has_plan = .true.
       if (.not. allocated(error)) call read_own_model(session, problem, model, error)
       if (.not. allocated(error)) then
-        PetscCall(session%full_order%team_for(session%deck%test%n_groups, size(points, 2), team, ierr))
+        PetscCall(session%full_order%team_for(problem%deck%test%n_groups, size(points, 2), team, ierr))
         PetscCall(validate(problem, team, model, points, session%has_benchmark, outcome, error, ierr))
       end if
       if (.not. allocated(error)) then

@@ -11,9 +11,12 @@ module sig_point_solver
   use sig_elastic_body, only: elastic_body_t
   use sig_free_response, only: compute_lifting
   use sig_kinds, only: rk
+  use sig_log, only: log_info
   use sig_problem, only: body_at, problem_t
+  use sig_progress, only: duration_text
   use sig_reasons, only: reason_converged
   use sig_solver_choice, only: choose_solver
+  use sig_solver_costs, only: cost_t, factorization_cost
   use sig_solver_plan, only: solver_plan_t
   use sig_term_values, only: term_values_t
   use petsc
@@ -72,12 +75,23 @@ contains
     call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
     if (problem%has_fixed_stiffness) then
+      if (plan%linear == 'cholesky') call announce_factorization(problem)
       PetscCall(self%solver%create(self%system, ierr))
       self%n_stiffnesses = 1
       self%is_ready = .true.
     end if
     self%setup_seconds = wall_time() - start
   end subroutine create
+
+  !> Tells how long the factorization will take if that is some seconds: MUMPS does it in one step, without a sign of progress.
+  subroutine announce_factorization(problem)
+    type(problem_t), intent(in) :: problem
+    real(rk), parameter :: seconds_of_silence = 3
+    type(cost_t) :: cost
+
+    cost = factorization_cost(problem%sizes)
+    if (cost%seconds > seconds_of_silence) call log_info('factoring the stiffness takes about ' // duration_text(cost%seconds))
+  end subroutine announce_factorization
 
   !> Assembles the stiffness of a point and makes the solver for it. Does nothing if the solver is already made for the same elastic
   !> constants, or if the stiffness does not depend on the parameters. Collective.

@@ -30,6 +30,8 @@ module sig_solver_costs
     integer :: n_points = 0
     !> number of ranks that solve a point together
     integer :: n_ranks = 1
+    !> whether the response to each multiplier is needed in any case, for the training of a condensed model
+    logical :: needs_responses = .false.
     !> [byte] memory that all ranks may take together; default: no limit
     real(rk) :: memory = huge(1.0_rk)
     !> largest Young's modulus over the smallest

@@ -9,7 +9,7 @@ module sig_solver_plan
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: solver_plan_t, make_solver_plan, plan_text, fits_condensed
+  public :: solver_plan_t, make_solver_plan, plan_text, fits_condensed, sweep_cost
 
   !> The solver that was chosen, and why.
   type :: solver_plan_t
@@ -45,10 +45,12 @@ contains
     type(solver_plan_t), intent(out) :: plan
     !> sentence for the user
     character(:), allocatable, intent(out) :: message
+    type(cost_t) :: factored
 
     plan%type = config%type
     plan%linear = config%linear
-    plan%may_factor = config%linear /= 'gamg' .and. has_room(factorization_cost(sizes), sizes)
+    factored = factorization_cost(sizes)
+    plan%may_factor = config%linear /= 'gamg' .and. factored%bytes <= sizes%memory
     plan%why = 'as the deck says'
     if (plan%linear == 'auto' .and. (plan%type == 'condensed' .or. plan%type == 'snesvi')) plan%linear = 'cholesky'
     if (plan%type == 'auto' .or. plan%linear == 'auto') call take_fastest(candidates_of(config, sizes), sizes, plan)
@@ -64,20 +66,42 @@ contains
     end if
   end subroutine make_solver_plan
 
-  !> Lists the solvers, with their costs for all points that share a stiffness.
+  !> Lists the solvers, with their costs for all points that share a stiffness. Where a model needs the response to each multiplier
+  !> in any case, its training has these costs, too.
   pure function candidates_of(config, sizes) result(candidates)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
     type(candidate_t) :: candidates(3)
-    integer :: n
+    integer :: i, n
 
     n = max(1, sizes%n_points)
-    candidates(1) = candidate_t('condensed', 'cholesky', condensed_cost(sizes) + times(n, point_cost(sizes)))
-    candidates(2) = candidate_t('active_set', 'cholesky', refactoring_cost(sizes, n))
-    candidates(3) = candidate_t('active_set', 'gamg', multigrid_cost(sizes, n))
+    candidates = [candidate_t('condensed', 'cholesky'), candidate_t('active_set', 'cholesky'), candidate_t('active_set', 'gamg')]
+    do i = 1, size(candidates)
+      candidates(i)%cost = sweep_cost(trim(candidates(i)%type), trim(candidates(i)%linear), sizes, n)
+      if (sizes%needs_responses .and. candidates(i)%type /= 'condensed') &
+        candidates(i)%cost = candidates(i)%cost + condensed_cost(sizes)
+    end do
     candidates%is_allowed = (config%type == 'auto' .or. candidates%type == config%type) .and. &
       (config%linear == 'auto' .or. candidates%linear == config%linear)
   end function candidates_of
+
+  !> Returns the cost of the solutions at some points that share a stiffness.
+  pure type(cost_t) function sweep_cost(type, linear, sizes, n_points) result(cost)
+    !> condensed, active_set or snesvi, which counts as active_set
+    character(*), intent(in) :: type
+    !> cholesky or gamg
+    character(*), intent(in) :: linear
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_points
+
+    if (type == 'condensed') then
+      cost = condensed_cost(sizes) + times(n_points, point_cost(sizes))
+    else if (linear == 'gamg') then
+      cost = multigrid_cost(sizes, n_points)
+    else
+      cost = refactoring_cost(sizes, n_points)
+    end if
+  end function sweep_cost
 
   !> Takes the fastest of the allowed candidates that have room in the memory, or, if none has, the one that needs least of it.
   pure subroutine take_fastest(candidates, sizes, plan)

@@ -10,7 +10,7 @@ module sig_condensed_plan
   implicit none(type, external)
   private
   public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
-  public :: number_size, room_for_forces
+  public :: model_size, most_references, number_size, room_for_forces
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
@@ -25,6 +25,8 @@ module sig_condensed_plan
 
   !> [MB] responses of all nodes up to this size are kept as they are; compression would gain little
   real(rk), parameter :: small_size = 64
+  !> largest number of references, which have a pivot transform each; more make queries hardly faster
+  integer, parameter :: most_references = 32
   !> [MB] of one number
   real(rk), parameter :: number_size = 8.0e-6_rk
 
@@ -99,6 +101,24 @@ contains
       forces_size = number_size * n_rows * (n_rows + problem%boundary%n_terms)
     end associate
   end function forces_size
+
+  !> [byte] Returns the largest size of a condensed model: W, q, pivot transforms, and displacements.
+  real(rk) function model_size(problem) result(n_bytes)
+    type(problem_t), intent(in) :: problem
+    real(rk), parameter :: bytes_per_megabyte = 1.0e6_rk
+    type(displacement_plan_t) :: plan
+    real(rk) :: megabytes, per_dof
+
+    plan = plan_displacements(problem)
+    associate (reduction => problem%deck%reduction, n_rows => real(problem%rows%n_rows, rk))
+      megabytes = forces_size(problem) + min(reduction%max_transforms_size, most_references * number_size * n_rows**2)
+      per_dof = number_size * (n_rows + problem%boundary%n_terms)
+      megabytes = megabytes + size(plan%exact_dofs) * per_dof
+      if (plan%has_modes) megabytes = megabytes + &
+        min(problem%mesh%n_dim * problem%mesh%n_nodes * per_dof, reduction%max_full_order_size)
+    end associate
+    n_bytes = bytes_per_megabyte * megabytes
+  end function model_size
 
   !> Whether reduction.max_full_order_size allows the memory for W, q, and the displacements of all nodes per term and per contact
   !> row. Only these displacements count n_nodes times.

@@ -4,17 +4,16 @@
 module sig_reference_sets
   use sig_bits, only: pack_columns, unpack_columns
   use sig_condensed_data, only: condensed_data_t
-  use sig_condensed_plan, only: number_size
+  use sig_condensed_plan, only: most_references, number_size
   use sig_errors, only: error_t
   use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t
   use sig_kinds, only: rk
   use sig_pivot_transform, only: transform_matrix
+  use sig_progress, only: progress_t
   implicit none(type, external)
   private
   public :: choose_references, group_sets, start_sets_of
 
-  !> largest number of references; more make queries hardly faster
-  integer, parameter :: most_references = 32
   !> most candidates; of more sets only every n-th is a candidate, because dissimilarities of all pairs would take long
   integer, parameter :: most_candidates = 1000
 
@@ -131,18 +130,24 @@ contains
     !> sets of all training points, shape (n_contacts, n_points)
     logical, intent(in) :: sets(:, :)
     class(condensed_data_t), intent(inout) :: data
+    !> [s] progress is told only if the transforms take longer
+    real(rk), parameter :: seconds_of_silence = 3
+    type(progress_t) :: progress
     real(rk), allocatable :: transforms(:, :)
     integer :: i, n
     logical :: is_singular
 
     n = size(sets, 1)
     allocate (transforms(n, n * size(points)))
+    call progress%start('pivot transforms', size(points), seconds_of_silence)
     do i = 1, size(points)
       associate (first => n * size(data%reference_points) + 1)
         call transform_matrix(data%compliance, sets(:, points(i)), transforms(:, first:first + n - 1), is_singular)
       end associate
       if (.not. is_singular) data%reference_points = [data%reference_points, points(i)]
+      call progress%advance(i)
     end do
+    call progress%finish()
     data%transforms = transforms(:, :n * size(data%reference_points))
   end subroutine transform_sets
 

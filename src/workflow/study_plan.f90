@@ -1,0 +1,147 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Plans the stages of a study together: its sampling, training and validation share one solver. A condensed model needs the
+!> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
+module sig_study_plan
+  use sig_condensed_plan, only: choose_model_kind, model_size, most_references
+  use sig_deck_config, only: deck_config_t, point_set_config_t
+  use sig_errors, only: error_t
+  use sig_kinds, only: rk
+  use sig_memory, only: memory_text
+  use sig_parameter_space, only: build_points
+  use sig_problem, only: problem_t
+  use sig_progress, only: duration_text
+  use sig_solver_costs, only: condensed_cost, cost_t, operator(+), point_cost, problem_size_t, times
+  use sig_solver_plan, only: make_solver_plan, sweep_cost
+  use sig_text, only: counted, string_t
+  implicit none(type, external)
+  private
+  public :: plan_study, stage_lines
+
+contains
+
+  !> Chooses the solver again (make_solver_plan) for all points of the study, and how many groups of ranks solve them where the deck
+  !> leaves it open (groups: auto): with the condensed solver all ranks work together if this is faster, else each rank alone. The
+  !> choice of the deck stays. Does nothing where elastic constants vary. Local; the same on all ranks.
+  subroutine plan_study(problem)
+    type(problem_t), intent(inout) :: problem
+    character(:), allocatable :: kind, message, reason
+    integer :: n_test, n_training
+
+    call count_points(problem%deck, n_training, n_test)
+    if (.not. problem%has_fixed_stiffness .or. n_training + n_test == 0) return
+    call choose_model_kind(problem, kind, reason)
+    problem%sizes%needs_responses = kind == 'condensed' .and. problem%deck%has_training
+    problem%sizes%n_points = n_training + n_test
+    ! the deck's own choice has been accepted when the problem was loaded
+    call make_solver_plan(problem%deck%solver, problem%sizes, problem%plan, message)
+    if (problem%plan%type /= 'condensed' .or. .not. one_group_is_faster(problem%sizes)) return
+    if (problem%deck%training%n_groups == 0) problem%deck%training%n_groups = 1
+    if (problem%deck%test%n_groups == 0) problem%deck%test%n_groups = 1
+  end subroutine plan_study
+
+  !> Counts the points that sampling solves (a greedy selection at most, candidates of clusters, too) and the test points. Sets that
+  !> cannot be read count 0.
+  subroutine count_points(deck, n_training, n_test)
+    type(deck_config_t), intent(in) :: deck
+    integer, intent(out) :: n_training
+    integer, intent(out) :: n_test
+
+    n_training = 0
+    n_test = 0
+    if (deck%has_training) n_training = min(n_points_of(deck, deck%training), deck%greedy%max_points)
+    if (deck%clusters%target%is_used) n_training = n_training + n_points_of(deck, deck%clusters%target%candidates)
+    if (deck%has_test) n_test = n_points_of(deck, deck%test)
+  end subroutine count_points
+
+  integer function n_points_of(deck, point_set) result(n)
+    type(deck_config_t), intent(in) :: deck
+    type(point_set_config_t), intent(in) :: point_set
+    type(error_t), allocatable :: error
+    real(rk), allocatable :: points(:, :)
+
+    n = 0
+    call build_points(point_set, deck%parameters, points, error)
+    if (.not. allocated(error)) n = size(points, 2)
+  end function n_points_of
+
+  !> Whether all ranks together make the responses sooner than each rank alone makes all of them. Alone, each solves its share of
+  !> the points; together, all do the dense work of every point.
+  pure logical function one_group_is_faster(sizes)
+    type(problem_size_t), intent(in) :: sizes
+    type(problem_size_t) :: alone
+    type(cost_t) :: point, joint, single
+
+    alone = sizes
+    alone%n_ranks = 1
+    point = point_cost(sizes)
+    joint = condensed_cost(sizes)
+    single = condensed_cost(alone)
+    one_group_is_faster = joint%seconds + sizes%n_points * point%seconds < &
+      single%seconds + sizes%n_points * point%seconds / sizes%n_ranks
+  end function one_group_is_faster
+
+  !> Returns sentences about what the stages of the study will take: the memory of the machine, the time and memory of each stage,
+  !> and the size of the model file. There are none where elastic constants vary, and training has none where it is hyper-reduction.
+  !> Requires: plan_study.
+  function stage_lines(problem) result(lines)
+    type(problem_t), intent(in) :: problem
+    type(string_t), allocatable :: lines(:)
+    integer :: n_test, n_training
+    character(:), allocatable :: kind, reason
+    type(cost_t) :: cost
+    allocate (lines(0))
+    call count_points(problem%deck, n_training, n_test)
+    if (.not. problem%has_fixed_stiffness) return
+    lines = [string_t('memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')]
+    if (n_training == 0) return
+    associate (plan => problem%plan, sizes => problem%sizes)
+      cost = sweep_cost(plan%type, plan%linear, sizes, n_training)
+      lines = [lines, string_t('predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))]
+      call choose_model_kind(problem, kind, reason)
+      if (kind == 'condensed') then
+        cost = training_cost(problem)
+        lines = [lines, string_t('predicted: training: ' // text_of(cost) // '; model file of at most ' // &
+          memory_text(model_size(problem)))]
+      else if (kind == 'hhr' .and. reason /= '') then
+        lines = [lines, string_t('hyper-reduction (reduction.method: auto): ' // reason)]
+      end if
+      if (n_test == 0) return
+      if (plan%type == 'condensed') then
+        cost = times(n_test, point_cost(sizes))
+        cost%bytes = bytes_of_responses(sizes)
+      else
+        cost = sweep_cost(plan%type, plan%linear, sizes, n_test)
+      end if
+      lines = [lines, string_t('predicted: validation at ' // counted(n_test, 'point') // ': ' // text_of(cost))]
+    end associate
+  end function stage_lines
+
+  !> Returns the cost of training a condensed model: the responses, unless sampling has made them, the pivot transforms, and the
+  !> model on every rank.
+  type(cost_t) function training_cost(problem) result(cost)
+    type(problem_t), intent(in) :: problem
+
+    associate (sizes => problem%sizes)
+      cost = times(most_references, point_cost(sizes))
+      cost%bytes = bytes_of_responses(sizes) + sizes%n_ranks * model_size(problem)
+      if (problem%plan%type /= 'condensed') cost = cost + condensed_cost(sizes)
+    end associate
+  end function training_cost
+
+  !> [byte] Returns the memory of the condensed solver.
+  pure real(rk) function bytes_of_responses(sizes) result(n_bytes)
+    type(problem_size_t), intent(in) :: sizes
+    type(cost_t) :: cost
+
+    cost = condensed_cost(sizes)
+    n_bytes = cost%bytes
+  end function bytes_of_responses
+
+  !> Returns a cost as text: `12 s, 1.3 GB`.
+  function text_of(cost) result(text)
+    type(cost_t), intent(in) :: cost
+    character(:), allocatable :: text
+
+    text = duration_text(cost%seconds) // ', ' // memory_text(cost%bytes)
+  end function text_of
+end module sig_study_plan
