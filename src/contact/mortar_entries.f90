@@ -16,9 +16,9 @@ module sig_mortar_entries
 
 contains
 
-  !> Makes the rows of the first n_rows sites. Requires: if is_nodal_gap and a changed basis, the corners beside a mid-side node
-  !> with a row are sites, too.
-  subroutine create_mortar_rows(sites, n_rows, first, sums, is_nodal_gap, n_terms, rows)
+  !> Makes the rows of the first n_rows sites. Requires: the corners beside a mid-side node with a row and a changed basis are
+  !> sites, too.
+  subroutine create_mortar_rows(sites, n_rows, first, sums, has_gap, n_terms, rows)
     !> nodes of the first surface with normals and gaps; those with a row come first
     type(node_pairs_t), intent(in) :: sites
     !> number of rows
@@ -27,8 +27,8 @@ contains
     type(mortar_side_t), intent(in) :: first
     !> of integrate_mortar
     type(mortar_sums_t), intent(in) :: sums
-    !> whether the gaps of the sites are values at their nodes, and not those of their rows
-    logical, intent(in) :: is_nodal_gap
+    !> whether the gap of a site is known, shape (sites%n_pairs): rows that need one that is not known take their mean gap
+    logical, intent(in) :: has_gap(:)
     !> number of terms of the gaps
     integer, intent(in) :: n_terms
     type(contact_rows_t), intent(out) :: rows
@@ -46,7 +46,7 @@ contains
         call add_nodes(nodes(offsets(k) + 1:offsets(k + 1)), -shares(offsets(k) + 1:offsets(k + 1)), offsets(k + 1) - offsets(k))
       end do
       call create_contact_rows(n_first, offsets(2:) - offsets(:n_rows), members, weights, &
-        gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms), sums%areas(owners), sites%contact_entry(:n_rows), rows)
+        gaps_of_rows(sites, n_rows, first, sums, has_gap, n_terms), sums%areas(owners), sites%contact_entry(:n_rows), rows)
     end associate
 
   contains
@@ -79,38 +79,38 @@ contains
     if (first%ends(1, owner) > 0) weights = [owner_weight, end_weight, end_weight]
   end function first_weights
 
-  !> Returns D of each row by terms. Without is_nodal_gap the gaps of the sites are those of their rows, and become term 1. With it
-  !> they are values g at nodes, in all terms, and change to the basis of the file's head as displacements g n do. Then
-  !> D = n_j . integral Phi_j g n / integral Phi_j for every g n that the shape functions can follow.
-  function gaps_of_rows(sites, n_rows, first, is_nodal_gap, n_terms) result(gap)
+  !> Returns D of each row by terms. The gaps g of the sites are values at their nodes, in all terms, and change to the basis of the
+  !> file's head as displacements g n do. Then D = n_j . integral Phi_j g n / integral Phi_j for every g n that the shape functions
+  !> can follow.
+  function gaps_of_rows(sites, n_rows, first, sums, has_gap, n_terms) result(gap)
     type(node_pairs_t), intent(in) :: sites
     integer, intent(in) :: n_rows
     type(mortar_side_t), intent(in) :: first
-    !> whether the gaps of the sites are values at their nodes, and not those of their rows
-    logical, intent(in) :: is_nodal_gap
+    type(mortar_sums_t), intent(in) :: sums
+    !> shape (sites%n_pairs)
+    logical, intent(in) :: has_gap(:)
     !> number of terms of the gaps
     integer, intent(in) :: n_terms
     !> [length]
     real(rk) :: gap(n_rows, n_terms)
     real(rk) :: weights(3)
-    integer :: i, k, site_of(size(first%ends, 2))
+    integer :: i, k, own(3), site_of(size(first%ends, 2))
 
     site_of = 0
     site_of(sites%first_node) = [(i, i=1, sites%n_pairs)]
     gap = 0
     do k = 1, n_rows
-      if (.not. is_nodal_gap) then
-        gap(k, 1) = sites%initial_gap(k)
+      own = k
+      if (first%ends(1, sites%first_node(k)) > 0) own(2:) = site_of(first%ends(:, sites%first_node(k)))
+      if (.not. all(has_gap(own))) then
+        gap(k, 1) = sums%mean_gap(sites%first_node(k))
         cycle
       end if
       weights = first_weights(first, sites%first_node(k))
-      call add_gap(k, weights(1))
-      if (first%ends(1, sites%first_node(k)) == 0) cycle
-      do i = 1, 2
-        associate (site => site_of(first%ends(i, sites%first_node(k))))
-          call add_gap(site, weights(1 + i) * dot_product(sites%normal(:, site), sites%normal(:, k)))
-        end associate
+      do i = 1, 3
+        call add_gap(own(i), weights(i) * dot_product(sites%normal(:, own(i)), sites%normal(:, k)))
       end do
+      gap(k, 1) = gap(k, 1) + rise_of_touch(sites, own, weights)
     end do
 
   contains
@@ -125,4 +125,21 @@ contains
       end associate
     end subroutine add_gap
   end function gaps_of_rows
+
+  !> Returns how far [length] the gap of a row must rise to the smallest one at its nodes. The coefficient of a mid-side node is
+  !> below it, by up to h**2 / (12 R), if a surface of radius R is nearest within about the middle 5/6 of a side of length h. Zero
+  !> if terms with parameters differ between the nodes, because then the nearest place moves.
+  pure real(rk) function rise_of_touch(sites, own, weights) result(rise)
+    type(node_pairs_t), intent(in) :: sites
+    !> the owner's site and those of the corners beside it, or the owner's alone
+    integer, intent(in) :: own(:)
+    !> [-] result of first_weights
+    real(rk), intent(in) :: weights(:)
+
+    rise = 0
+    associate (factors => sites%gap_factors(own, :), gaps => sites%initial_gap(own))
+      if (any(abs(factors - spread(factors(1, :), 1, 3)) > 0)) return
+      rise = max(0.0_rk, minval(gaps) - dot_product(weights, gaps))
+    end associate
+  end function rise_of_touch
 end module sig_mortar_entries

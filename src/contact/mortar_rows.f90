@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Contact rows of two surfaces whose nodes need not match: n_j . (u_j - sum_l w_jl u_l) <= D_j at each node j of the first surface
-!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and D_j = integral Phi_j g / integral Phi_j. On facets
+!> that faces the second one, with w_jl = integral Phi_j N_l / integral Phi_j and the gap D_j at node j (sig_node_gaps). On facets
 !> with a changed basis (sig_mortar_sides), u_j and D_j are those of sig_mortar_entries.
 module sig_mortar_rows
   use sig_contact_rows, only: contact_rows_t
@@ -16,6 +16,7 @@ module sig_mortar_rows
   use sig_mortar_sums, only: mortar_sums_t
   use sig_mortar_surfaces, only: integrate_mortar
   use sig_mortar_words, only: cover_text, far_text, finer_text, flat_text, gap_text, largest_share
+  use sig_node_gaps, only: find_node_gaps
   use sig_node_pairs, only: node_pairs_t
   use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
@@ -58,9 +59,9 @@ contains
   !> Appends the mortar rows of one entry of the deck's contact section. If find_conflict has a reason against the rows of the first
   !> surface and none against those of the second one, the sides are swapped where may_swap allows it.
   !>
-  !> Errors: those of open_surfaces and set_initial_gaps; surfaces that have a common node, do not face each other, or overlap
-  !> everywhere by more than the longest edge of the first one; a reason of find_conflict against the order that is tried first, if
-  !> the other order is not allowed or is refused, too. Then rows and terms are unchanged.
+  !> Errors: those of open_surfaces and set_initial_gaps; surfaces that have a common node, do not face each other, or, if the mesh
+  !> gives their gap, overlap everywhere by more than the longest edge of the first one; a reason of find_conflict against the order
+  !> that is tried first, if the other order is not allowed or is refused, too. Then rows and terms are unchanged.
   subroutine add_mortar_rows(mesh, model, contact, i_entry, deck_path, is_prescribed, terms, rows, choice, error)
     type(mesh_t), intent(in) :: mesh
     type(mechanical_model_t), intent(in) :: model
@@ -171,6 +172,7 @@ contains
     type(mortar_side_t) :: first, second
     type(mortar_sums_t) :: sums
     type(node_pairs_t) :: sites
+    logical, allocatable :: has_gap(:)
     real(rk) :: limit
     integer :: n_rows
 
@@ -191,14 +193,16 @@ contains
         call refuse_facing(surfaces, error, 'no part of the first faces the second' // far_text(sums))
         return
       end if
-      associate (owners => sites%first_node(:n_rows))
-        sites%initial_gap(:n_rows) = sums%gaps(owners) / sums%areas(owners)
-      end associate
+      call set_mesh_gaps(mesh, second, sums, limit, n_rows, sites, has_gap)
       more%note = cover_text(surfaces, sums, limit) // gap_text(sites%initial_gap(:n_rows), first%longest)
-      call check_overlap(surfaces, sites%initial_gap(:n_rows), first, error)
-      if (.not. allocated(error)) call set_initial_gaps(mesh, contact, deck_path, more%terms, sites, error)
+      if (contact(i_entry)%has_initial_gap) then
+        has_gap = .true.
+        call set_initial_gaps(mesh, contact, deck_path, more%terms, sites, error)
+      else
+        call check_overlap(surfaces, sites%initial_gap(:n_rows), first, error)
+      end if
       if (allocated(error)) return
-      call create_mortar_rows(sites, n_rows, first, sums, contact(i_entry)%has_initial_gap, more%terms%n_terms(), more%rows)
+      call create_mortar_rows(sites, n_rows, first, sums, has_gap, more%terms%n_terms(), more%rows)
       more%note = more%note // ', shares of up to ' // short_number(largest_share(more%rows), fine_digits) // &
         finer_text(surfaces, first, second, is_swapped) // flat_text(surfaces, is_swapped)
     end associate
@@ -273,6 +277,28 @@ contains
     allocate (sites%initial_gap(sites%n_pairs), source=0.0_rk)
   end subroutine keep_sites
 
+  !> Sets the gaps of the sites to those that the mesh has at their nodes; a row whose node does not face the second surface, as
+  !> where this ends, gets its mean gap.
+  pure subroutine set_mesh_gaps(mesh, second, sums, limit, n_rows, sites, has_gap)
+    type(mesh_t), intent(in) :: mesh
+    type(mortar_side_t), intent(in) :: second
+    type(mortar_sums_t), intent(in) :: sums
+    !> [length] search distance
+    real(rk), intent(in) :: limit
+    !> number of sites with rows, which come first
+    integer, intent(in) :: n_rows
+    type(node_pairs_t), intent(inout) :: sites
+    !> whether the gap is that of the node, shape (n_pairs)
+    logical, allocatable, intent(out) :: has_gap(:)
+
+    allocate (has_gap(sites%n_pairs))
+    call find_node_gaps(mesh%coordinates(:, sites%first_node), sites%normal, second, limit, sites%initial_gap, has_gap)
+    where (.not. has_gap) sites%initial_gap = 0
+    associate (owners => sites%first_node(:n_rows), gaps => sites%initial_gap(:n_rows))
+      gaps = merge(gaps, sums%mean_gap(owners), has_gap(:n_rows))
+    end associate
+  end subroutine set_mesh_gaps
+
   !> Checks that no node belongs to both surfaces. Errors: a node on both surfaces.
   pure subroutine check_common_nodes(mesh, surfaces, error)
     type(mesh_t), intent(in) :: mesh
@@ -287,7 +313,7 @@ contains
     if (i > 0) call refuse_common_node(mesh, surfaces, surfaces%first_nodes(i), error)
   end subroutine check_common_nodes
 
-  !> Checks the gaps. Errors: every row overlaps by more than the longest edge of the first surface.
+  !> Checks the gaps of the mesh. Errors: every row overlaps by more than the longest edge of the first surface.
   pure subroutine check_overlap(surfaces, gaps, first, error)
     type(surface_pair_t), intent(in) :: surfaces
     !> [length] gaps of the rows

@@ -14,6 +14,8 @@ module sig_mortar_sums
     real(rk), allocatable :: sizes(:)
     !> [length**3, length**2 in the plane] integral of Phi_j g, shape (n_nodes)
     real(rk), allocatable :: gaps(:)
+    !> [length] smallest gap at the integration points of the facets of each node; huge if there are none; shape (n_nodes)
+    real(rk), allocatable :: lowest(:)
     !> integrals of Phi_j N_l: node j, node l and value of entries 1 to n_shares
     integer :: n_shares = 0
     integer, allocatable :: firsts(:)
@@ -31,6 +33,7 @@ module sig_mortar_sums
     procedure :: add_gaps
     procedure :: add_shares
     procedure :: has_row
+    procedure :: mean_gap
     procedure :: collect
   end type mortar_sums_t
 
@@ -43,18 +46,22 @@ contains
     integer, intent(in) :: n_nodes
 
     allocate (self%areas(n_nodes), self%sizes(n_nodes), self%gaps(n_nodes), source=0.0_rk)
+    allocate (self%lowest(n_nodes), source=huge(1.0_rk))
     allocate (self%firsts(64), self%seconds(64), self%shares(64))
   end subroutine start
 
   !> Adds the integrals of Phi_j g over a facet.
-  pure subroutine add_gaps(self, nodes, values)
+  pure subroutine add_gaps(self, nodes, values, lowest)
     class(mortar_sums_t), intent(inout) :: self
     !> nodes j of the facet
     integer, intent(in) :: nodes(:)
     !> [length**3, length**2 in the plane] same shape
     real(rk), intent(in) :: values(:)
+    !> [length] smallest gap of the facet
+    real(rk), intent(in) :: lowest
 
     self%gaps(nodes) = self%gaps(nodes) + values
+    self%lowest(nodes) = min(self%lowest(nodes), lowest)
   end subroutine add_gaps
 
   !> Adds the integrals of Phi_j N_l over a piece of a facet, as new entries; `collect` sums entries of the same two nodes.
@@ -95,6 +102,17 @@ contains
 
     has_row = self%sizes(node) > 0 .and. largest_share * self%areas(node) > self%sizes(node)
   end function has_row
+
+  !> Returns the mean gap integral Phi_j g / integral Phi_j [length], or 0 if it is negative though g is negative nowhere. Requires:
+  !> has_row(node).
+  pure elemental real(rk) function mean_gap(self, node)
+    class(mortar_sums_t), intent(in) :: self
+    !> natural, 1-based
+    integer, intent(in) :: node
+
+    mean_gap = self%gaps(node) / self%areas(node)
+    if (self%lowest(node) >= 0) mean_gap = max(0.0_rk, mean_gap)
+  end function mean_gap
 
   !> Computes w_jl, the share of each node of the second surface in the row of a node of the first one. The shares of owner k are
   !> entries offsets(k) + 1 ... offsets(k + 1), ascending by node. Those up to 1e-12 in size are left out as rounding. The others

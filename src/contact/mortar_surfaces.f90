@@ -5,7 +5,7 @@
 !> N_k over the part of the facet that faces the second surface; where facets have weak corners, N_k are the functions of
 !> sig_changed_basis. Everything is computed once, on the undeformed mesh.
 module sig_mortar_surfaces
-  use sig_element_types, only: element_type_with, n_element_types
+  use sig_element_types, only: n_element_types
   use sig_facet_shapes, only: create_shapes, facet_shape_t
   use sig_facing_edges, only: face_edge
   use sig_facing_facets, only: face_facet
@@ -15,6 +15,7 @@ module sig_mortar_surfaces
   use sig_mechanical_models, only: circumference, mechanical_model_t
   use sig_mortar_sides, only: mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
+  use sig_smooth_surfaces, only: bulge_along, bulge_at
   implicit none(type, external)
   private
   public :: integrate_mortar
@@ -24,9 +25,9 @@ module sig_mortar_surfaces
 
 contains
 
-  !> Computes areas, gaps and shares by integrals over all facets of the first surface that face the second one. A facet of which
-  !> less than 5 % faces the second surface within `limit`, or which has no dual functions (find_dual), adds to sums%lost instead.
-  !> Cost: O(n log n) in the number of facets.
+  !> Computes areas, mean gaps and shares by integrals over all facets of the first surface that face the second one. A facet of
+  !> which less than 5 % faces the second surface within `limit`, or which has no dual functions (find_dual), adds to sums%lost
+  !> instead. Cost: O(n log n) in the number of facets.
   subroutine integrate_mortar(model, n_nodes, first, second, limit, sums)
     type(mechanical_model_t), intent(in) :: model
     !> number of nodes of the mesh
@@ -95,7 +96,7 @@ contains
     type(mortar_side_t), intent(in) :: second
     type(facing_points_t), intent(in) :: points
     type(mortar_sums_t), intent(inout) :: sums
-    real(rk), allocatable :: dual(:, :), normals(:, :), values(:, :), weights(:)
+    real(rk), allocatable :: dual(:, :), gaps(:), normals(:, :), values(:, :), weights(:)
     real(rk) :: whole
     logical :: is_singular
     integer :: p
@@ -127,7 +128,8 @@ contains
       values = matmul(dual, values)
       call add_shares(shapes, first%nodes(from:to), values, second, points, sums)
       if (first%is_changed(i_facet)) values = values * matmul(transpose(first%normals(:, from:to)), normals)
-      call sums%add_gaps(first%nodes(from:to), matmul(values, smooth_gaps(shapes, first, i_facet, second, points)))
+      gaps = smooth_gaps(shapes, first, i_facet, second, points)
+      call sums%add_gaps(first%nodes(from:to), matmul(values, gaps), minval(gaps, mask=is_near))
     end associate
   end subroutine integrate_facet
 
@@ -148,8 +150,7 @@ contains
   end subroutine find_dual
 
   !> Returns the gaps at the points between the curved surfaces that the linear facets represent: the gap between the facets less
-  !> the heights (bulge_at) of both surfaces. The height of the second one is divided by the cosine of the angle between the facets,
-  !> or by 0.1 if the cosine is smaller. A quadratic facet has the height 0.
+  !> the heights (bulge_at) of both surfaces, that of the second one along the normal of the first facet.
   pure function smooth_gaps(shapes, first, i_facet, second, points) result(gaps)
     type(facet_shape_t), intent(in) :: shapes(:)
     type(mortar_side_t), intent(in) :: first
@@ -158,39 +159,13 @@ contains
     type(facing_points_t), intent(in) :: points
     !> [length] along the contact normal, shape (points%n)
     real(rk) :: gaps(points%n)
-    !> [-] facets that lean more do not face each other
-    real(rk), parameter :: least_cosine = 0.1_rk
     integer :: p
 
     do p = 1, points%n
-      associate (i_other => points%i_other(p))
-        gaps(p) = points%gaps(p) - bulge_at(shapes, first, i_facet, points%places(:, p)) - &
-          bulge_at(shapes, second, i_other, points%opposite(:, p)) / &
-          max(least_cosine, -dot_product(first%outward(:, i_facet), second%outward(:, i_other)))
-      end associate
+      gaps(p) = points%gaps(p) - bulge_at(shapes, first, i_facet, points%places(:, p)) - &
+        bulge_along(shapes, second, points%i_other(p), points%opposite(:, p), first%outward(:, i_facet))
     end do
   end function smooth_gaps
-
-  !> Returns how far [length] the surface stands out from a linear facet, by the functions of a quadratic facet's mid-side nodes; 0
-  !> for a facet that is quadratic itself.
-  pure real(rk) function bulge_at(shapes, side, i_facet, place) result(bulge)
-    type(facet_shape_t), intent(in) :: shapes(:)
-    type(mortar_side_t), intent(in) :: side
-    integer, intent(in) :: i_facet
-    !> [-] in the reference element
-    real(rk), intent(in) :: place(:)
-    integer :: n_edges, n_nodes
-
-    bulge = 0
-    associate (bulges => side%bulges(side%offsets(i_facet) + 1:side%offsets(i_facet + 1)))
-      if (.not. any(abs(bulges) > 0)) return
-      n_nodes = size(bulges)
-      n_edges = merge(1, n_nodes, n_nodes == 2)
-      associate (values => shapes(element_type_with(size(place), n_nodes + n_edges))%values(place))
-        bulge = dot_product(bulges(:n_edges), values(n_nodes + 1:))
-      end associate
-    end associate
-  end function bulge_at
 
   !> Adds the integrals of Phi_j to sums%areas, and those of Phi_j N_l.
   subroutine add_shares(shapes, nodes, duals, second, points, sums)

@@ -307,11 +307,25 @@ PLANTED = [
         "an edge beside a bend becomes an arc",
     ),
     Planted(
-        SRC + "contact/mortar_surfaces.f90",
-        "gaps(p) = points%gaps(p) - bulge_at(",
-        "gaps(p) = points%gaps(p) + bulge_at(",
-        "the first surface bulges the wrong way",
-        "verification.test_mortar_curved",
+        SRC + "contact/node_gaps.f90",
+        "- &\n          bulge_along(",
+        "+ &\n          bulge_along(",
+        "the second surface bulges the wrong way",
+        "unit.contact.test_node_gaps|verification.test_mortar_curved",
+    ),
+    Planted(
+        SRC + "contact/mortar_sums.f90",
+        "if (self%lowest(node) >= 0) mean_gap = max(0.0_rk, mean_gap)",
+        "mean_gap = max(min(0.0_rk, self%lowest(node)), mean_gap)",
+        "where the surfaces overlap a mean gap is not below the smallest one",
+        "unit.contact.test_node_gaps",
+    ),
+    Planted(
+        SRC + "contact/mortar_entries.f90",
+        "if (any(abs(factors - spread(factors(1, :), 1, 3)) > 0)) return",
+        "if (any(abs(factors) > 0)) return",
+        "a gap with a parameter that is the same everywhere lets touching sides press",
+        "unit.contact.test_mortar",
     ),
     Planted(
         SRC + "contact/mortar_rows.f90",
@@ -393,8 +407,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "contact/mortar_entries.f90",
-        "weights(1 + i) * dot_product(sites%normal(:, site), sites%normal(:, k))",
-        "weights(1 + i)",
+        "weights(i) * dot_product(sites%normal(:, own(i)), sites%normal(:, k))",
+        "weights(i)",
         "gaps of corners count in full where the normal turns: the pressure of a shrink fit on T10 waves",
     ),
     Planted(
