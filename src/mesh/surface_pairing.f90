@@ -196,8 +196,8 @@ contains
   !>
   !> Errors: those of check_weights; a pair that check_facing or claim_nodes refuses; a node of the first surface without a partner,
   !> or of the second one without a partner in this or an earlier entry; pairs that all overlap by more than the first surface's
-  !> mean facet size; those of check_partners. With an obstacle only those of check_weights and pair_with_obstacle. Then the pairing
-  !> is not complete.
+  !> mean facet size, if the mesh gives their gap; those of check_partners. With an obstacle only those of check_weights and
+  !> pair_with_obstacle. Then the pairing is not complete.
   pure subroutine pair_surfaces(mesh, surfaces, pairing, error)
     type(mesh_t), intent(in) :: mesh
     !> of open_surfaces
@@ -237,7 +237,7 @@ contains
       call refuse_lonely_first(mesh, surfaces, pairing, i_unpaired, n_unpaired, error)
     else if (any(pairing%partner(surfaces%second_nodes) == 0)) then
       call refuse_lonely_second(mesh, surfaces, pairing, error)
-    else if (largest_gap < -surfaces%first_geometry%mesh_size) then
+    else if (largest_gap < -surfaces%first_geometry%mesh_size .and. .not. surfaces%entry%has_initial_gap) then
       call refuse_overlap(surfaces, 'pair', -largest_gap, error)
     else
       call check_partners(mesh, surfaces, pairing, error)
