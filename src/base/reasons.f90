@@ -32,6 +32,8 @@ module sig_reasons
   integer, parameter, public :: reason_singular = -17
   !> Young's modulus is not positive there, or Poisson's ratio is not between -1 and 0.5
   integer, parameter, public :: reason_no_material = -18
+  !> loads do work on a motion of a body that nothing holds
+  integer, parameter, public :: reason_driven = -19
 
   ! reasons of a dense complementarity problem
   !> an entry of the matrix or of q is not finite
@@ -96,6 +98,8 @@ contains
       text = 'the reduced stiffness is singular with the elastic constants of this point'
     case (reason_no_material)
       text = 'Young''s modulus is not positive at this point, or Poisson''s ratio is not between -1 and 0.5'
+    case (reason_driven)
+      text = 'there is no equilibrium: the loads drive a body in a motion that nothing holds'
     case default
       call put_lcp_reason(reason, text)
     end select

@@ -64,14 +64,17 @@ contains
     PetscCall(measure_block(system, theta, states, reactions, ierr))
   end subroutine measure_points
 
-  !> Returns the prescribed dofs of this rank.
+  !> Returns the prescribed dofs of this rank. The supports of idle motions are none: their forces count as residual.
   pure function own_prescribed(system) result(held)
     type(contact_system_t), intent(in) :: system
     !> their positions in map%local_dofs, 1-based, ascending
     integer, allocatable :: held(:)
+    logical :: is_held(system%map%n_dofs)
     integer :: i
 
-    held = pack([(i, i=1, system%map%n_local_dofs)], system%boundary%is_prescribed(system%map%local_dofs))
+    is_held = system%boundary%is_prescribed
+    is_held(system%motions%idle%supports) = .false.
+    held = pack([(i, i=1, system%map%n_local_dofs)], is_held(system%map%local_dofs))
   end function own_prescribed
 
   !> Computes the residuals of several states, and the reactions on this rank. Collective.

@@ -23,6 +23,7 @@ module sig_contact_system
   type :: contact_system_t
     MPI_Comm :: comm = MPI_COMM_NULL
     type(dof_map_t) :: map
+    !> prescribed displacements, also 0 on the supports of the idle motions, and loads
     type(boundary_conditions_t) :: boundary
     !> rows with a multiplier
     type(contact_rows_t) :: rows
@@ -53,6 +54,7 @@ module sig_contact_system
     procedure :: put_some
     procedure :: get
     procedure :: share_columns
+    procedure :: leave_out_idle
     procedure :: destroy
   end type contact_system_t
 
@@ -85,6 +87,7 @@ contains
     call create_dof_map(mesh, partition, rank, n_ranks, self%map)
     call find_corner_means(mesh, self%corner_means)
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, rows, self%motions)
+    call self%boundary%hold_dofs(self%motions%idle%supports)
     start = wall_time()
     PetscCall(assemble_stiffness(comm, mesh, body, self%map, self%stiffness, ierr))
     PetscCall(MatNorm(self%stiffness, NORM_INFINITY, self%stiffness_size, ierr))
@@ -223,6 +226,25 @@ contains
       PetscCall(sum_over_ranks(self%comm, columns(:, i), ierr))
     end do
   end subroutine share_columns
+
+  !> Takes the idle motions out of responses of K, in which the supports of these motions are held. Collective.
+  subroutine leave_out_idle(self, columns, ierr)
+    class(contact_system_t), intent(in) :: self
+    !> [length] rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), intent(inout) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: shares(:, :)
+
+    ierr = 0
+    associate (idle => self%motions%idle)
+      if (idle%n == 0) return
+      nodes = self%map%local_dofs(self%map%n_dim::self%map%n_dim) / self%map%n_dim
+      shares = idle%shares_of_carriers(self%motions, nodes, columns)
+      PetscCall(sum_over_ranks(self%comm, shares, ierr))
+      call idle%take_from_carriers(self%motions, nodes, shares, columns)
+    end associate
+  end subroutine leave_out_idle
 
   !> Frees K and the work vectors. Collective.
   subroutine destroy(self, ierr)

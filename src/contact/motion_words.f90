@@ -2,15 +2,19 @@
 !> Rigid motions in words, for messages: `translation in x, rotation about z`.
 module sig_motion_words
   use sig_kinds, only: rk
-  use sig_rigid_motions, only: null_space, rigid_motions_t
+  use sig_linear_algebra, only: solve_dense
+  use sig_rigid_bodies, only: null_space, rigid_bodies_t
+  use sig_rigid_motions, only: rigid_motions_t
   use sig_singular_values, only: svd
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
   private
-  public :: motion_text, bodies_of_motions, unheld_motions
+  public :: amplitudes_of_body, bodies_of_motions, held_amplitudes, motion_text, unheld_motions
 
   !> [-] a direction this close to an axis is called after it
-  real(rk), parameter :: aligned = 1.0e-6_rk
+  real(rk), parameter :: aligned = 1.0e-3_rk
+  !> [-] amplitudes up to this one are none
+  real(rk), parameter :: negligible = 1.0e-6_rk
 
 contains
 
@@ -39,38 +43,73 @@ contains
 
     allocate (bodies(0))
     do i_body = 1, motions%n_bodies
-      if (any([(motions%body_of_motion(i) == i_body .and. any(abs(combinations(i, :)) > aligned), i=1, motions%n_free)])) &
+      if (any([(motions%body_of_motion(i) == i_body .and. any(abs(combinations(i, :)) > negligible), i=1, motions%n_free)])) &
         bodies = [bodies, i_body]
     end do
   end function bodies_of_motions
 
-  !> Returns the motion of one body in combinations of the free motions as a text, such as `translation in x, rotation about z`. A
-  !> rotation in the plane is just `rotation`. What is not along or about a coordinate axis is `translation along (0.6, 0.8)`,
-  !> `translation in a plane` or `rotation about an oblique axis`. In axisymmetry the text is always the axial translation.
-  !> Requires: the body takes part in one of the combinations.
-  function motion_text(motions, combinations, i_body, axes) result(text)
+  !> Returns the amplitudes of the rigid modes of one body in combinations of the free motions, shape (n_rigid, n).
+  pure function amplitudes_of_body(motions, combinations, i_body) result(amplitudes)
     type(rigid_motions_t), intent(in) :: motions
     !> shape (n_free, n)
     real(rk), intent(in) :: combinations(:, :)
-    !> number of the body, 1-based
+    !> 1-based
     integer, intent(in) :: i_body
+    real(rk) :: amplitudes(motions%n_rigid, size(combinations, 2))
+    integer :: i
+
+    associate (own => pack([(i, i=1, motions%n_free)], motions%body_of_motion == i_body))
+      amplitudes = matmul(motions%amplitudes(:, own), combinations(own, :))
+    end associate
+  end function amplitudes_of_body
+
+  !> Returns the amplitudes of the free motions of one body, each with those idle motions that it carries that leave it the least
+  !> rotation, then the least translation; shape (n_rigid, n).
+  function held_amplitudes(motions, i_body) result(amplitudes)
+    type(rigid_motions_t), intent(in) :: motions
+    !> 1-based
+    integer, intent(in) :: i_body
+    real(rk), allocatable :: amplitudes(:, :)
+    !> [-] weight of rotations beside translations in the sum of squares
+    real(rk), parameter :: weight_of_rotation = 1.0e4_rk
+    real(rk), allocatable :: idle(:, :), shares(:, :), weighted(:, :)
+    integer :: i
+    logical :: is_singular
+
+    associate (own => pack([(i, i=1, motions%n_free)], motions%body_of_motion == i_body), &
+      carried => pack([(i, i=1, motions%idle%n)], motions%idle%carriers == i_body))
+      amplitudes = motions%amplitudes(:, own)
+      idle = motions%idle%amplitudes(:, i_body, carried)
+    end associate
+    if (size(idle, 2) == 0) return
+    weighted = idle
+    weighted(size(motions%coordinates, 1) + 1:, :) = weight_of_rotation * weighted(size(motions%coordinates, 1) + 1:, :)
+    allocate (shares(size(idle, 2), size(amplitudes, 2)))
+    call solve_dense(matmul(transpose(weighted), idle), matmul(transpose(weighted), amplitudes), shares, is_singular)
+    if (.not. is_singular) amplitudes = amplitudes - matmul(idle, shares)
+  end function held_amplitudes
+
+  !> Returns some motions of one body as a text, such as `translation in x, rotation about z`. A rotation in the plane is just
+  !> `rotation`. What is not along or about a coordinate axis is `translation along (0.6, 0.8)`, `translation in a plane` or
+  !> `rotation about an oblique axis`. In axisymmetry the text is always the axial translation.
+  function motion_text(bodies, amplitudes, axes) result(text)
+    class(rigid_bodies_t), intent(in) :: bodies
+    !> of the rigid modes of the body, at least one is not zero; shape (n_rigid, n)
+    real(rk), intent(in) :: amplitudes(:, :)
     !> names of the coordinates, at least n_dim
     character(1), intent(in) :: axes(:)
     character(:), allocatable :: text
     type(string_t), allocatable :: words(:)
     real(rk), allocatable :: modes(:, :), u(:, :), s(:), vt(:, :)
-    integer :: i, n_dim
+    integer :: n_dim
 
-    if (motions%is_round) then
+    if (bodies%is_round) then
       text = 'translation in ' // axes(2)
       return
     end if
-    n_dim = size(motions%coordinates, 1)
-    associate (own => pack([(i, i=1, motions%n_free)], motions%body_of_motion == i_body))
-      modes = matmul(motions%amplitudes(:, own), combinations(own, :))
-    end associate
-    call svd(modes, u, s, vt)
-    modes = u(:, :count(s > aligned))
+    n_dim = size(bodies%coordinates, 1)
+    call svd(amplitudes, u, s, vt)
+    modes = u(:, :count(s > aligned * s(1)))
     ! a rotation that is rounding must not hide the translation
     modes = merge(0.0_rk, modes, abs(modes) < aligned)
     allocate (words(0))

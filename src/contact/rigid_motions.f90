@@ -1,32 +1,20 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The rigid motions that no prescribed displacement holds, Z: contact must hold them, or nothing does.
-!>
-!> Modes are scaled by the size of their body, so every decision about their rank is free of units.
+!> The rigid motions that no prescribed displacement holds: those that contact must hold, Z, and idle ones, which nothing holds.
 module sig_rigid_motions
-  use sig_bodies, only: find_bodies
   use sig_contact_rows, only: contact_rows_t
+  use sig_idle_motions, only: find_idle_motions, idle_motions_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_singular_values, only: svd
-  use sig_ties, only: tie_tolerance
+  use sig_rigid_bodies, only: n_rigid_modes, null_space, outer, rigid_bodies_t, rigid_modes
   implicit none(type, external)
   private
-  public :: rigid_motions_t, create_rigid_motions, null_space
+  public :: rigid_motions_t, create_rigid_motions
 
-  !> The bodies of a mesh, and those of their rigid motions that no prescribed displacement holds (free motions).
-  type :: rigid_motions_t
-    !> number of rigid motions of one body
-    integer :: n_rigid = 0
-    !> whether the model is axisymmetric
-    logical :: is_round = .false.
-    !> [length] shape (n_dim, n_nodes)
-    real(rk), allocatable :: coordinates(:, :)
-    integer :: n_bodies = 0
-    !> shape (n_nodes)
-    integer, allocatable :: body_of_node(:)
-    !> [length] mean of the nodes of each body, shape (n_dim, n_bodies), and distance of its farthest node from it, shape (n_bodies)
-    real(rk), allocatable :: centers(:, :)
-    real(rk), allocatable :: sizes(:)
+  !> The bodies of a mesh, and those of their rigid motions that neither prescribed displacements nor the supports of the idle
+  !> motions hold (free motions).
+  type, extends(rigid_bodies_t) :: rigid_motions_t
+    !> motions that nothing holds
+    type(idle_motions_t) :: idle
     !> number of free motions of all bodies together: columns of Z
     integer :: n_free = 0
     !> shape (n_free)
@@ -46,13 +34,9 @@ module sig_rigid_motions
     procedure :: common_field
   end type rigid_motions_t
 
-  !> [-] eigenvalues of a Gram matrix up to this share of the larger of 1 and the largest eigenvalue count as zero: 1e-6 in the
-  !> motions
-  real(rk), parameter :: negligible = 1.0e-12_rk
-
 contains
 
-  !> Finds the bodies of a mesh, their rigid motions Z that no prescribed displacement holds, and B Z.
+  !> Finds the bodies of a mesh, the idle motions, the rigid motions Z that contact must hold, and B Z.
   subroutine create_rigid_motions(mesh, is_round, is_prescribed, rows, motions)
     type(mesh_t), intent(in) :: mesh
     !> whether the model is axisymmetric
@@ -61,84 +45,61 @@ contains
     logical, intent(in) :: is_prescribed(:)
     type(contact_rows_t), intent(in) :: rows
     type(rigid_motions_t), intent(out) :: motions
+    logical :: is_held(size(is_prescribed))
+
+    call motions%create_bodies(mesh, is_round)
+    call find_free_motions(is_prescribed, motions)
+    call close_rows(rows, motions)
+    call find_idle_motions(motions, idle_basis(motions), rows, motions%idle)
+    if (motions%idle%n == 0) return
+    is_held = is_prescribed
+    is_held(motions%idle%supports) = .true.
+    call find_free_motions(is_held, motions)
+    call close_rows(rows, motions)
+  end subroutine create_rigid_motions
+
+  !> Sets B Z.
+  pure subroutine close_rows(rows, motions)
+    type(contact_rows_t), intent(in) :: rows
+    type(rigid_motions_t), intent(inout) :: motions
     integer :: i, k
 
-    motions%is_round = is_round
-    motions%n_rigid = n_rigid_modes(mesh%n_dim, is_round)
-    motions%coordinates = mesh%coordinates
-    call find_bodies(mesh, motions%body_of_node, motions%n_bodies)
-    call measure_bodies(motions)
-    call find_free_motions(is_prescribed, motions)
-    allocate (motions%closing(rows%n_rows, motions%n_free), source=0.0_rk)
+    motions%closing = reshape([real(rk) ::], [rows%n_rows, motions%n_free], pad=[0.0_rk])
     do k = 1, rows%n_rows
-      associate (nodes => rows%nodes_of(k), coefficients => reshape(rows%coefficients_of(k), [mesh%n_dim, size(rows%nodes_of(k))]))
+      associate (nodes => rows%nodes_of(k), coefficients => reshape(rows%coefficients_of(k), [rows%n_dim, size(rows%nodes_of(k))]))
         do i = 1, size(nodes)
           motions%closing(k, :) = motions%closing(k, :) + matmul(coefficients(:, i), motions%at_node(nodes(i)))
         end do
       end associate
     end do
-  end subroutine create_rigid_motions
+  end subroutine close_rows
 
-  !> Returns the number of rigid modes of a body: translations and rotations; in axisymmetry only the axial translation.
-  pure integer function n_rigid_modes(n_dim, is_round)
-    integer, intent(in) :: n_dim
-    logical, intent(in) :: is_round
+  !> Returns a basis of the combinations of free motions that change the gap of no contact row, as amplitudes of the rigid modes of
+  !> each body; shape (n_rigid, n_bodies, n).
+  function idle_basis(motions) result(basis)
+    type(rigid_motions_t), intent(in) :: motions
+    real(rk), allocatable :: basis(:, :, :)
+    real(rk), allocatable :: combinations(:, :)
+    integer :: i, i_motion
 
-    n_rigid_modes = n_dim * (n_dim + 1) / 2
-    if (is_round) n_rigid_modes = 1
-  end function n_rigid_modes
-
-  !> Returns the displacements of the rigid modes at a place, one per column: the translations, then the rotations.
-  pure function rigid_modes(place, is_round) result(modes)
-    !> [-] relative to the center of the body, divided by its size (in common_field: of the whole mesh); shape (n_dim)
-    real(rk), intent(in) :: place(:)
-    logical, intent(in) :: is_round
-    real(rk) :: modes(size(place), n_rigid_modes(size(place), is_round))
-    integer :: i
-
-    modes = 0
-    if (is_round) then
-      modes(2, 1) = 1
-      return
-    end if
-    do i = 1, size(place)
-      modes(i, i) = 1
+    combinations = null_space(matmul(transpose(motions%closing), motions%closing))
+    allocate (basis(motions%n_rigid, motions%n_bodies, size(combinations, 2)), source=0.0_rk)
+    do i = 1, size(combinations, 2)
+      do i_motion = 1, motions%n_free
+        associate (own => basis(:, motions%body_of_motion(i_motion), i))
+          own = own + combinations(i_motion, i) * motions%amplitudes(:, i_motion)
+        end associate
+      end do
     end do
-    if (size(place) == 2) then
-      modes(:, 3) = [-place(2), place(1)]
-    else
-      modes(:, 4) = [0.0_rk, -place(3), place(2)]
-      modes(:, 5) = [place(3), 0.0_rk, -place(1)]
-      modes(:, 6) = [-place(2), place(1), 0.0_rk]
-    end if
-  end function rigid_modes
-
-  !> Computes the center (mean of the nodes) and the size (distance of the farthest node) of each body.
-  pure subroutine measure_bodies(motions)
-    type(rigid_motions_t), intent(inout) :: motions
-    integer :: i_node, n_nodes(motions%n_bodies)
-
-    associate (places => motions%coordinates, body => motions%body_of_node)
-      allocate (motions%centers(size(places, 1), motions%n_bodies), motions%sizes(motions%n_bodies), source=0.0_rk)
-      n_nodes = 0
-      do i_node = 1, size(body)
-        n_nodes(body(i_node)) = n_nodes(body(i_node)) + 1
-        motions%centers(:, body(i_node)) = motions%centers(:, body(i_node)) + places(:, i_node)
-      end do
-      motions%centers = motions%centers / spread(real(n_nodes, rk), 1, size(places, 1))
-      do i_node = 1, size(body)
-        motions%sizes(body(i_node)) = max(motions%sizes(body(i_node)), &
-          norm2(places(:, i_node) - motions%centers(:, body(i_node))))
-      end do
-    end associate
-  end subroutine measure_bodies
+  end function idle_basis
 
   !> Finds for each body the rigid motions that do not move the prescribed dofs.
   subroutine find_free_motions(is_prescribed, motions)
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
     type(rigid_motions_t), intent(inout) :: motions
-    real(rk), allocatable :: gram(:, :, :), free(:, :)
+    real(rk), allocatable :: amplitudes(:, :), gram(:, :, :), free(:, :)
+    integer, allocatable :: body_of_motion(:)
     real(rk) :: modes(size(motions%coordinates, 1), motions%n_rigid)
     integer :: i_body, i_component, i_node, n_dim
 
@@ -147,47 +108,22 @@ contains
     do i_node = 1, size(motions%body_of_node)
       if (.not. any(is_prescribed(n_dim * (i_node - 1) + 1:n_dim * i_node))) cycle
       i_body = motions%body_of_node(i_node)
-      modes = modes_at(motions, i_node)
+      modes = motions%modes_at(i_node)
       do i_component = 1, n_dim
         if (.not. is_prescribed(n_dim * (i_node - 1) + i_component)) cycle
         gram(:, :, i_body) = gram(:, :, i_body) + outer(modes(i_component, :))
       end do
     end do
-    allocate (motions%body_of_motion(0), motions%amplitudes(motions%n_rigid, 0))
+    allocate (body_of_motion(0), amplitudes(motions%n_rigid, 0))
     do i_body = 1, motions%n_bodies
       free = null_space(gram(:, :, i_body))
-      motions%amplitudes = reshape([motions%amplitudes, free], [motions%n_rigid, motions%n_free + size(free, 2)])
-      motions%body_of_motion = [motions%body_of_motion, spread(i_body, 1, size(free, 2))]
-      motions%n_free = size(motions%body_of_motion)
+      amplitudes = reshape([amplitudes, free], [motions%n_rigid, size(amplitudes, 2) + size(free, 2)])
+      body_of_motion = [body_of_motion, spread(i_body, 1, size(free, 2))]
     end do
+    motions%n_free = size(body_of_motion)
+    call move_alloc(amplitudes, motions%amplitudes)
+    call move_alloc(body_of_motion, motions%body_of_motion)
   end subroutine find_free_motions
-
-  !> Returns an orthonormal basis of the null space of a Gram matrix, a vector per column. Eigenvalues up to 1e-12 times the larger
-  !> of 1 and the largest one count as zero.
-  function null_space(gram) result(columns)
-    !> symmetric, no negative eigenvalue, shape (n, n)
-    real(rk), intent(in) :: gram(:, :)
-    real(rk), allocatable :: columns(:, :)
-    real(rk), allocatable :: u(:, :), s(:), vt(:, :)
-    integer :: rank
-
-    call svd(gram, u, s, vt)
-    rank = 0
-    ! motions have size 1, so that a Gram matrix far below 1 is rounding as a whole
-    if (size(s) > 0) rank = count(s > negligible * max(1.0_rk, s(1)))
-    columns = transpose(vt(rank + 1:, :))
-  end function null_space
-
-  !> Returns the displacements of a node (1-based) in all rigid modes of its body, one per column, whether they are free or not.
-  pure function modes_at(motions, i_node) result(modes)
-    type(rigid_motions_t), intent(in) :: motions
-    integer, intent(in) :: i_node
-    real(rk) :: modes(size(motions%coordinates, 1), motions%n_rigid)
-
-    associate (i_body => motions%body_of_node(i_node))
-      modes = rigid_modes((motions%coordinates(:, i_node) - motions%centers(:, i_body)) / motions%sizes(i_body), motions%is_round)
-    end associate
-  end function modes_at
 
   !> Returns the rows of Z that belong to a node, shape (n_dim, n_free).
   pure function at_node(self, i_node) result(rows)
@@ -200,25 +136,32 @@ contains
 
     rows = 0
     if (.not. any(self%body_of_motion == self%body_of_node(i_node))) return
-    modes = modes_at(self, i_node)
+    modes = self%modes_at(i_node)
     do i = 1, self%n_free
       if (self%body_of_motion(i) == self%body_of_node(i_node)) rows(:, i) = matmul(modes, self%amplitudes(:, i))
     end do
   end function at_node
 
-  !> Returns the displacement field Z times amplitudes, in the unit of the amplitudes.
+  !> Returns the displacement field Z times amplitudes, in the unit of the amplitudes, without idle motions of their carriers.
   pure function field(self, amplitudes) result(displacement)
     class(rigid_motions_t), intent(in) :: self
     !> shape (n_free)
     real(rk), intent(in) :: amplitudes(:)
     !> natural, shape (n_dofs)
     real(rk) :: displacement(size(self%coordinates))
+    real(rk) :: column(size(displacement), 1)
     integer :: i_node, n_dim
 
     n_dim = size(self%coordinates, 1)
     do i_node = 1, size(self%body_of_node)
-      displacement(n_dim * (i_node - 1) + 1:n_dim * i_node) = matmul(self%at_node(i_node), amplitudes)
+      column(n_dim * (i_node - 1) + 1:n_dim * i_node, 1) = matmul(self%at_node(i_node), amplitudes)
     end do
+    if (self%idle%n > 0) then
+      associate (nodes => [(i_node, i_node=1, size(self%body_of_node))])
+        call self%idle%take_from_carriers(self, nodes, self%idle%shares_of_carriers(self, nodes, column), column)
+      end associate
+    end if
+    displacement = column(:, 1)
   end function field
 
   !> Returns Z' F, the work of forces on each motion.
@@ -275,32 +218,16 @@ contains
 
   !> Returns as many dofs as there are free motions. Fixing them holds the bodies, and causes no reactions under forces in
   !> equilibrium.
-  !>
-  !> Per body, each time the dof that the motions not yet held move most. Cost: linear in the nodes per motion.
   function pick_supports(self) result(dofs)
     class(rigid_motions_t), intent(in) :: self
     !> natural, shape (n_free)
     integer :: dofs(self%n_free)
-    real(rk) :: held(self%n_free, self%n_free), rows(size(self%coordinates, 1), self%n_free), best, size_now
-    integer :: i, i_component, i_node, n_dim
+    integer, allocatable :: own(:)
+    integer :: i, i_body
 
-    n_dim = size(self%coordinates, 1)
-    held = 0
-    do i = 1, self%n_free
-      best = 0
-      do i_node = 1, size(self%body_of_node)
-        if (self%body_of_node(i_node) /= self%body_of_motion(i)) cycle
-        rows = self%at_node(i_node)
-        rows = rows - matmul(matmul(rows, held(:, :i - 1)), transpose(held(:, :i - 1)))
-        do i_component = 1, n_dim
-          size_now = norm2(rows(i_component, :))
-          ! nodes alike within rounding: the first one, so that the choice is the same everywhere
-          if (size_now <= best * (1 + tie_tolerance)) cycle
-          best = size_now
-          dofs(i) = n_dim * (i_node - 1) + i_component
-          held(:, i) = rows(i_component, :) / size_now
-        end do
-      end do
+    do i_body = 1, self%n_bodies
+      own = pack([(i, i=1, self%n_free)], self%body_of_motion == i_body)
+      if (size(own) > 0) dofs(own) = self%support_body(i_body, self%amplitudes(:, own))
     end do
   end function pick_supports
 
@@ -332,11 +259,4 @@ contains
       displacement(n_dim * (i_node - 1) + 1:n_dim * i_node) = modes(:, i_mode)
     end do
   end function common_field
-
-  pure function outer(vector) result(matrix)
-    real(rk), intent(in) :: vector(:)
-    real(rk) :: matrix(size(vector), size(vector))
-
-    matrix = spread(vector, 2, size(vector)) * spread(vector, 1, size(vector))
-  end function outer
 end module sig_rigid_motions

@@ -190,6 +190,8 @@ module sig_deck_config
     character(:), allocatable :: linear
     !> largest number of steps per parameter point: of active_set, and of each of the two attempts of snesvi; default 50
     integer :: max_iterations = 50
+    !> whether a rigid motion that nothing holds is left out where no load drives it; otherwise it is an error
+    logical :: holds_unloaded_motions = .true.
     !> place of the section in the deck
     integer :: line = 0
     integer :: column = 0

@@ -31,7 +31,8 @@ contains
     if (size(config%imposed_strains) == 0) yaml = yaml // 'imposed_strains: []' // eol
     yaml = yaml // &
       'solver: {type: ' // config%solver%type // ', linear: ' // config%solver%linear // &
-      ', max_iterations: ' // to_text(config%solver%max_iterations) // '}' // eol
+      ', max_iterations: ' // to_text(config%solver%max_iterations) // &
+      ', hold_unloaded_motions: ' // trim(merge('true ', 'false', config%solver%holds_unloaded_motions)) // '}' // eol
     if (config%has_training) yaml = yaml // 'training: ' // training_set(config%greedy, config%training, config%parameters) // eol
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
@@ -42,9 +43,9 @@ contains
   end function echo_deck
 
   !> Returns the settings that determine the full-order answer at a parameter point: units, the mesh's model and length_unit, names
-  !> of the parameters, and what body_sections returns. All else is left out, such as the ranges of the parameters, the solver, and
-  !> path and content of the mesh file. A snapshot's provenance is the hash of this text, of the mesh and of the fields, which the
-  !> caller adds.
+  !> of the parameters, what body_sections returns, and whether motions that nothing holds are refused. All else is left out, such
+  !> as the ranges of the parameters, the solver, and path and content of the mesh file. A snapshot's provenance is the hash of this
+  !> text, of the mesh and of the fields, which the caller adds.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
@@ -55,6 +56,7 @@ contains
       text = text // config%parameters(i)%name // eol
     end do
     text = text // body_sections(config)
+    if (.not. config%solver%holds_unloaded_motions) text = text // 'hold_unloaded_motions: false' // eol
   end function echo_physics
 
   !> Returns the first line of this deck's sections parameters, clusters, reduction and certificate (with all defaults, in this

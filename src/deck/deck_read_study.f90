@@ -18,6 +18,7 @@ module sig_deck_read_study
 
   character(*), parameter :: solver_types(4) = [character(10) :: 'auto', 'condensed', 'active_set', 'snesvi']
   character(*), parameter :: linear_solvers(3) = [character(8) :: 'auto', 'cholesky', 'gamg']
+  character(*), parameter :: switches(2) = [character(5) :: 'false', 'true']
   character(*), parameter :: field_names(3) = [character(12) :: 'displacement', 'stress', 'contact']
 
 contains
@@ -53,6 +54,7 @@ contains
   subroutine read_solver(tree, solver)
     type(deck_tree_t), intent(inout) :: tree
     type(solver_config_t), intent(inout) :: solver
+    character(:), allocatable :: switch
     integer :: i_solver
 
     solver%type = trim(solver_types(1))
@@ -64,6 +66,9 @@ contains
     call get_choice(tree, i_solver, 'type', .false., solver_types, solver%type)
     call get_choice(tree, i_solver, 'linear', .false., linear_solvers, solver%linear)
     call get_integer(tree, i_solver, 'max_iterations', .false., solver%max_iterations)
+    switch = trim(switches(2))
+    call get_choice(tree, i_solver, 'hold_unloaded_motions', .false., switches, switch)
+    solver%holds_unloaded_motions = switch == switches(2)
     call tree%close_mapping(i_solver)
   end subroutine read_solver
 

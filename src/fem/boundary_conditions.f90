@@ -32,6 +32,7 @@ module sig_boundary_conditions
     !> forces whose responses are lifted beside the prescribed displacements; their terms are numbered 1, 2, ...
     type(load_pattern_t) :: lifted_forces
   contains
+    procedure :: hold_dofs
     procedure :: n_lifted_terms
     procedure :: prescribed_displacement
     procedure :: get_forces
@@ -71,6 +72,23 @@ contains
     end do
     call collect_terms(mesh, entries, entry_of_dof, deck_path, terms, conditions, error)
   end subroutine create_boundary_conditions
+
+  !> Prescribes the displacement 0 on more dofs. Requires: they are not prescribed yet.
+  pure subroutine hold_dofs(self, dofs)
+    class(boundary_conditions_t), intent(inout) :: self
+    !> natural
+    integer, intent(in) :: dofs(:)
+    real(rk), allocatable :: values(:, :)
+    logical :: was_prescribed(size(self%is_prescribed))
+    integer :: i
+
+    was_prescribed = self%is_prescribed
+    self%is_prescribed(dofs) = .true.
+    allocate (values(count(self%is_prescribed), size(self%prescribed_values, 2)), source=0.0_rk)
+    values(pack([(i, i=1, size(values, 1))], pack(was_prescribed, self%is_prescribed)), :) = self%prescribed_values
+    self%prescribed_dofs = pack([(i, i=1, size(self%is_prescribed))], self%is_prescribed)
+    call move_alloc(values, self%prescribed_values)
+  end subroutine hold_dofs
 
   !> Returns the number of columns of a lifting: one for each term of the prescribed displacements (always at least term 1), then
   !> one for each term of lifted_forces.

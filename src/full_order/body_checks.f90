@@ -7,7 +7,7 @@ module sig_body_checks
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
-  use sig_motion_words, only: bodies_of_motions, motion_text, unheld_motions
+  use sig_motion_words, only: bodies_of_motions, held_amplitudes, motion_text
   use sig_rigid_motions, only: rigid_motions_t
   use sig_text, only: append_text, join, string_t
   implicit none(type, external)
@@ -16,9 +16,9 @@ module sig_body_checks
 
 contains
 
-  !> Checks that prescribed displacements and contacts together can hold each body. A body with a rigid motion that only contact
-  !> prevents gives a note. Errors: there is a rigid motion of one or more bodies that no prescribed displacement prevents and that
-  !> changes the gap of no contact row; the message names the first of these bodies and its motion.
+  !> Finds what holds each body besides prescribed displacements. A body with a rigid motion that only contact prevents gives a
+  !> note, and so does one with an idle motion, which nothing prevents. Errors: there is an idle motion, but the deck's
+  !> solver.hold_unloaded_motions is false; the message names the first body that moves in it, and its motion.
   subroutine check_bodies(deck, mesh, motions, notes, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -28,30 +28,44 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(mechanical_model_t) :: model
     type(name_config_t) :: place
-    real(rk), allocatable :: unheld(:, :), all_motions(:, :)
     integer, allocatable :: bodies(:)
     integer :: i
 
     model = mechanical_model(deck%mesh%model)
     allocate (notes(0))
-    if (motions%n_free == 0) return
-    unheld = unheld_motions(motions)
-    bodies = bodies_of_motions(motions, unheld)
-    if (size(bodies) > 0) then
-      place = place_of_body(deck, mesh, motions, bodies(1))
-      call make_error(error, 'nothing can hold the body ' // body_name(mesh, motions, bodies(1)) // ' (' // &
-        motion_text(motions, unheld, bodies(1), model%axes) // '): neither a prescribed displacement nor a contact does', &
-          deck%path, &
-        place%line, place%column, 'prescribe a displacement that prevents this motion, on a boundary or at a Physical Point ' // &
-        'of the mesh')
-      return
-    end if
-    all_motions = identity(motions%n_free)
-    bodies = bodies_of_motions(motions, all_motions)
-    do i = 1, size(bodies)
-      call append_text(notes, 'only contact holds the body ' // body_name(mesh, motions, bodies(i)) // ' (' // &
-        motion_text(motions, all_motions, bodies(i), model%axes) // ')')
+    do i = 1, motions%n_bodies
+      if (.not. any(abs(motions%idle%amplitudes(:, i, :)) > 0)) cycle
+      if (.not. deck%solver%holds_unloaded_motions) then
+        place = place_of_body(deck, mesh, motions, i)
+        call make_error(error, 'nothing can hold the body ' // named_motion(motions%idle%amplitudes(:, i, :)) // &
+          ': neither a prescribed displacement nor a contact does', deck%path, place%line, place%column, 'prescribe a ' // &
+          'displacement that prevents this motion, on a boundary or at a Physical Point of the mesh; or set ' // &
+          'solver.hold_unloaded_motions to true, if no load drives it')
+        return
+      end if
+      call append_text(notes, 'nothing holds the body ' // named_motion(motions%idle%amplitudes(:, i, :)) // &
+        ', and no load drives it: its displacements are given without this motion')
     end do
+    bodies = bodies_of_motions(motions, identity(motions%n_free))
+    do i = 1, size(bodies)
+      call append_text(notes, 'only contact holds the body ' // &
+        named_motion(held_amplitudes(motions, bodies(i)), bodies(i)))
+    end do
+
+  contains
+
+    !> Returns the name of body i, or of another one, with its motions: `'washer' (rotation about z)`.
+    function named_motion(amplitudes, i_body) result(text)
+      real(rk), intent(in) :: amplitudes(:, :)
+      !> default: i
+      integer, intent(in), optional :: i_body
+      character(:), allocatable :: text
+      integer :: number
+
+      number = i
+      if (present(i_body)) number = i_body
+      text = body_name(mesh, motions, number) // ' (' // motion_text(motions, amplitudes, model%axes) // ')'
+    end function named_motion
   end subroutine check_bodies
 
   !> Returns the names of a body's regions, `'upper', 'ring'`.

@@ -17,22 +17,26 @@ module sig_problem
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
   use sig_factor_size, only: measure_factor
+  use sig_idle_work, only: idle_work_t
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
   use sig_lifted_strains, only: lift_strains
+  use sig_load_pattern, only: load_pattern_t
   use sig_load_windows, only: check_fixed_windows, window_warnings
   use sig_loads, only: create_loads
   use sig_log, only: log_info, log_warnings
   use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, mechanical_model, mechanical_model_t
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: find_group, mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
   use sig_mesh_load, only: load_mesh
   use sig_petsc_support, only: has_multigrid_vi, memory_of_ranks, rank_and_size
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
+  use sig_slipping_motions, only: turn_normals
+  use sig_smooth_normals, only: fit_normals
   use sig_solver_costs, only: problem_size_t
   use sig_solver_plan, only: make_solver_plan, plan_text, solver_plan_t
   use sig_stiffness_terms, only: list_stiffness_terms, stiffness_term_t
@@ -91,6 +95,10 @@ module sig_problem
     real(rk) :: pairing_seconds = 0
     !> rigid motions of the bodies; only contact holds the free ones
     type(rigid_motions_t) :: motions
+    !> [rad] by how much the motions in which each body slips on others miss the tangents of their surfaces, shape (n_bodies)
+    real(rk), allocatable :: misses(:)
+    !> work of the loads on the idle motions, which nothing holds
+    type(idle_work_t) :: idle_work
     !> hash of echo_physics, the mesh file and the fields: snapshots with the same hash belong to the same problem
     character(16) :: provenance = ''
   end type problem_t
@@ -164,8 +172,10 @@ contains
     integer :: i
 
     ierr = 0
+    call let_bodies_slip(problem)
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
       problem%motions)
+    call measure_idle_work(problem)
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
     call check_bodies(problem%deck, problem%mesh, problem%motions, body_notes, error)
     if (allocated(error)) return
@@ -211,6 +221,53 @@ contains
       stiffness_ratio = maxval(moduli) / minval(moduli)
     end associate
   end function stiffness_ratio
+
+  !> Turns the normals of the rows where bodies slip on each other, so that facets do not hold them, and sets problem%misses. Does
+  !> nothing in axisymmetry, where bodies only shift along the axis.
+  subroutine let_bodies_slip(problem)
+    type(problem_t), intent(inout) :: problem
+    type(rigid_motions_t) :: motions
+    type(name_config_t) :: name
+    real(rk), allocatable :: errors(:), normals(:, :)
+    integer :: groups(size(problem%deck%contact)), i
+
+    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, motions)
+    allocate (problem%misses(motions%n_bodies), source=0.0_rk)
+    if (motions%n_free == 0 .or. motions%is_round .or. .not. problem%deck%solver%holds_unloaded_motions) return
+    groups = 0
+    do i = 1, size(groups)
+      if (problem%deck%contact(i)%has_direction .or. problem%deck%contact(i)%has_obstacle) cycle
+      name = surface_of_side(problem, i, 1)
+      groups(i) = find_group(problem%mesh, name%text, problem%mesh%n_dim - 1)
+    end do
+    call fit_normals(problem%mesh, problem%rows, groups, normals, errors)
+    call turn_normals(motions, normals, errors, problem%rows, problem%misses)
+  end subroutine let_bodies_slip
+
+  !> Sets the work of each term's forces on the idle motions. Where bodies slip, the axis of a rotation is known up to the angle by
+  !> which the motion misses the tangents, and so is the work.
+  subroutine measure_idle_work(problem)
+    type(problem_t), intent(inout) :: problem
+    !> [-] work up to this share of the sum of the sizes of its parts is rounding. Resultants of pressures that balance each other
+    !> are rounded to 1e-12 of their parts; coordinates in mesh files often have 10 digits
+    real(rk), parameter :: rounding = 1.0e-9_rk
+    !> the work on a motion may err by so many times its miss
+    real(rk), parameter :: margin = 10.0_rk
+    type(load_pattern_t) :: pattern
+    integer :: t
+
+    associate (idle => problem%motions%idle, work => problem%idle_work, n_terms => problem%boundary%n_terms)
+      allocate (work%work(n_terms, idle%n), work%limits(n_terms, idle%n), source=0.0_rk)
+      call problem%boundary%get_forces(pattern)
+      if (idle%n == 0 .or. pattern%n_entries() == 0) return
+      do t = 1, n_terms
+        associate (dofs => pack(pattern%dofs, pattern%terms == t), values => pack(pattern%values, pattern%terms == t))
+          call idle%work(problem%motions, dofs, values, work%work(t, :), work%limits(t, :))
+        end associate
+        work%limits(t, :) = work%limits(t, :) * max(rounding, margin * problem%misses(idle%carriers))
+      end do
+    end associate
+  end subroutine measure_idle_work
 
   !> Writes to the log, by log_info, the contacts and their gaps at the points, the solver and why it is taken, and all notes;
   !> then the warnings (warn_of_plan). Requires: check_points accepted the points.

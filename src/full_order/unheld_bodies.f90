@@ -8,7 +8,7 @@ module sig_unheld_bodies
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_mesh, only: mesh_t
-  use sig_motion_words, only: bodies_of_motions, motion_text, unheld_motions
+  use sig_motion_words, only: amplitudes_of_body, bodies_of_motions, motion_text, unheld_motions
   use sig_parameter_space, only: format_point
   use sig_reasons, only: reason_converged
   use sig_rigid_motions, only: rigid_motions_t
@@ -80,7 +80,8 @@ contains
     bodies = bodies_of_motions(motions, unheld)
     allocate (names(size(bodies)))
     do i = 1, size(bodies)
-      names(i)%text = body_name(mesh, motions, bodies(i)) // ' (' // motion_text(motions, unheld, bodies(i), model%axes) // ')'
+      names(i)%text = body_name(mesh, motions, bodies(i)) // ' (' // &
+        motion_text(motions, amplitudes_of_body(motions, unheld, bodies(i)), model%axes) // ')'
     end do
     if (size(bodies) == 1) then
       text = 'the body ' // names(1)%text // ': its displacement and its gaps are'

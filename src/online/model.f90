@@ -2,6 +2,7 @@
 !> A trained model as data: everything that a query or a description needs. Nothing here depends on a mesh file or a deck.
 module sig_model
   use sig_field_map, only: field_map_t
+  use sig_idle_work, only: idle_work_t
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_model_choice, only: model_choice_t
@@ -87,6 +88,8 @@ module sig_model
     type(resultant_map_t) :: resultants
     !> [length per unit of theta] initial gaps of all contacts, shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
+    !> work of the loads on motions that nothing holds; no motions if it is zero term by term
+    type(idle_work_t) :: idle_work
     !> [-] energy tail of the POD
     real(rk) :: pod_tolerance = 0
     !> elastic_lifting or multiplier: how the reduced model takes prescribed displacements into account (key reduction.dirichlet)
@@ -136,6 +139,8 @@ contains
     call fill_missing(model%areas)
     call model%resultants%complete(model%n_dim)
     call fill_missing(model%gap, model%n_multipliers)
+    call fill_missing(model%idle_work%work, model%terms%n_terms())
+    call fill_missing(model%idle_work%limits, model%terms%n_terms())
     call fill_missing(model%validation%verdict)
     call fill_missing(model%validation%names)
     call fill_missing(model%validation%minimum)

@@ -84,6 +84,10 @@ contains
 
     name = ''
     if (.not. is_matrix(model%gap, model%n_multipliers, model%terms%n_terms())) name = 'gap'
+    associate (idle => model%idle_work)
+      if (.not. is_matrix(idle%work, model%terms%n_terms(), size(idle%limits, 2))) name = 'idle_motions/work'
+      if (.not. is_matrix(idle%limits, model%terms%n_terms(), size(idle%work, 2))) name = 'idle_motions/limits'
+    end associate
     if (size(model%areas) /= model%n_multipliers .or. .not. all(ieee_is_finite(model%areas))) name = 'contact/areas'
     if (.not. model%resultants%fits(model%n_dim, model%n_multipliers)) name = 'contact/entries'
     if (.not. is_side(model%first_side, 1, model%n_multipliers, model%n_dim)) name = 'contact/first'

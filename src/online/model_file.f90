@@ -7,6 +7,7 @@ module sig_model_file
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_missing_parts, only: fill_missing
   use sig_model, only: complete_model, contact_side_t, model_format_version, model_t, oldest_model_format, &
     validation_statistics_t
   use sig_model_check, only: find_mismatch
@@ -94,6 +95,11 @@ contains
       'area of each contact row, in the square of this unit, in plane models in this unit; pressure = contact force / area')
     call model%resultants%write(file, length)
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
+    if (size(model%idle_work%work) > 0) then
+      call file%write('/idle_motions/work', model%idle_work%work, description='work of the loads on motions that nothing ' // &
+        'holds, a motion per row, a term per column; where the sum of the terms is not zero, there is no equilibrium')
+      call file%write('/idle_motions/limits', model%idle_work%limits, description='work up to this size counts as zero')
+    end if
     call file%write('/reduction/pod_tolerance', model%pod_tolerance, '1')
     call file%write('/reduction/dirichlet', model%dirichlet)
     call file%write('/certificate/max_error', model%max_error, '1', 'largest allowed relative bound of a cluster''s answer; ' // &
@@ -196,6 +202,12 @@ contains
     call file%read('/contact/areas', model%areas, error)
     call model%resultants%read(file, model%n_dim, error)
     call file%read('/contact/gap', model%gap, error)
+    if (file%has('/idle_motions')) then
+      call file%read('/idle_motions/work', model%idle_work%work, error)
+      call file%read('/idle_motions/limits', model%idle_work%limits, error)
+    end if
+    call fill_missing(model%idle_work%work, model%terms%n_terms())
+    call fill_missing(model%idle_work%limits, model%terms%n_terms())
     call file%read('/reduction/pod_tolerance', model%pod_tolerance, error)
     call file%read('/reduction/dirichlet', model%dirichlet, error)
     call file%read('/certificate/max_error', model%max_error, error)

@@ -6,7 +6,7 @@ module sig_query
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
-  use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_large_bound
+  use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound
   use sig_reduced, only: neighbors_t, reduced_t
   use sig_rooms, only: rooms_t
   use sig_term_derivatives, only: differentiate_terms, term_failure_t
@@ -51,7 +51,8 @@ contains
   !> or the relative bound of its answer exceeds the model's max_error. An answer without a bound is accepted, and any answer if
   !> max_error is 0. The bound of an answer of the fallback is not compared with max_error. answer%reason > 0 says that there is an
   !> answer. Otherwise it says why there is none; among others reason_bad_point: the number of values is wrong; reason_bad_term: a
-  !> term has no finite value; reason_large_bound: the bound is too large and there is no fallback.
+  !> term has no finite value; reason_driven: loads drive a body in a motion that nothing holds; reason_large_bound: the bound is
+  !> too large and there is no fallback.
   subroutine evaluate(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
@@ -81,7 +82,10 @@ contains
     end associate
     call self%terms%evaluate(point, answer%theta, is_valid, i_source)
     answer%reason = merge(reason_converged, reason_bad_term, is_valid)
-    if (is_valid) call answer_at(self, online, near, answer)
+    if (is_valid) then
+      if (.not. online%model%idle_work%is_zero(answer%theta)) answer%reason = reason_driven
+    end if
+    if (answer%reason > 0) call answer_at(self, online, near, answer)
   end subroutine evaluate
 
   !> Computes the derivatives of an answer with respect to each parameter. They belong to gradient%answer: this is `answer`, or, if
@@ -103,6 +107,7 @@ contains
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
     logical :: is_kink(size(point))
+    integer :: i
     type(term_failure_t) :: failure
 
     call choose_answer(self, online, point, answer, gradient%answer)
@@ -116,6 +121,12 @@ contains
       return
     end if
     gradient%is_one_sided = is_kink
+    do i = 1, size(point)
+      if (online%model%idle_work%is_zero(gradient%theta(:, i))) cycle
+      message = 'there is no derivative: as ''' // online%model%parameter_names(i)%text // ''' passes this point, the loads ' // &
+        'drive a body in a motion that nothing holds'
+      return
+    end do
     call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
   end subroutine differentiate
 

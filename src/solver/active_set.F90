@@ -367,8 +367,8 @@ contains
     set(first) = .true.
   end subroutine exchange_hold
 
-  !> Sets displacement and multipliers of the state. The multiplier of a pair is zero if state%is_active is false for it, or if its
-  !> computed force pulls.
+  !> Sets displacement, without idle motions, and multipliers of the state. The multiplier of a pair is zero if state%is_active is
+  !> false for it, or if its computed force pulls.
   pure subroutine finish_state(form, system, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system
@@ -379,6 +379,7 @@ contains
 
     state%displacement = unknowns
     call form%to_displacement(system, state%displacement)
+    call system%motions%idle%leave_out(system%motions, state%displacement)
     state%multipliers = merge(max(form%multipliers(residual), 0.0_rk), 0.0_rk, state%is_active)
   end subroutine finish_state
 

@@ -6,7 +6,7 @@
 !> Anchors T hold bodies that only contact holds. Their forces balance the others: Z' (F - B' lambda) = 0.
 module sig_contact_responses
   use sig_contact_system, only: contact_system_t
-  use sig_free_response, only: factor_without_contact, held_dofs, solve_free_response, solve_lifting
+  use sig_free_response, only: factor_without_contact, held_dofs, respond, solve_free_response, solve_lifting
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_linear_algebra, only: unit_vector
@@ -119,7 +119,7 @@ contains
         if (abs(forces(k)) > 0) call add_row(system, is_held, k, forces(k), rhs(:, i))
       end do
     end do
-    PetscCall(linear_solver%solve_many(rhs, response, ierr))
+    PetscCall(respond(system, linear_solver, rhs, response, ierr))
   end subroutine solve_forces
 
   !> Returns the forces [force per unit of theta] of the closed anchors under each term without other contact forces, positive where

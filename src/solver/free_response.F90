@@ -13,7 +13,7 @@ module sig_free_response
   use petsc
   implicit none(type, external)
   private
-  public :: factor_without_contact, held_dofs, solve_free_response, solve_lifting, compute_lifting
+  public :: compute_lifting, factor_without_contact, held_dofs, respond, solve_free_response, solve_lifting
 
 contains
 
@@ -60,6 +60,22 @@ contains
     end associate
   end function held_dofs
 
+  !> Computes the displacements under forces, with the held dofs at 0, and without idle motions. Sets the reason of the linear
+  !> solver: if it is not reason_converged, response is of no use. Collective.
+  subroutine respond(system, linear_solver, forces, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    !> solver from factor_without_contact
+    type(linear_solver_t), intent(inout) :: linear_solver
+    !> [force] 0 on held dofs; rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), contiguous, intent(in) :: forces(:, :)
+    !> [length] rows of this rank, same shape
+    real(rk), contiguous, intent(inout) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(linear_solver%solve_many(forces, response, ierr))
+    PetscCall(system%leave_out_idle(response, ierr))
+  end subroutine respond
+
   !> Computes the displacement without contact under each of the leading terms alone, prescribed values included. Forces of the
   !> anchors balance the loads of bodies that only contact holds. Sets the reason of the linear solver: if it is not
   !> reason_converged, response is of no use. Collective.
@@ -92,7 +108,7 @@ contains
         if (present(anchors)) forces = forces + balanced_load(system, anchors, unit_vector(n_all, i_term))
         rhs(:, i_term) = merge(0.0_rk, forces(local), is_held(local))
       end do
-      PetscCall(linear_solver%solve_many(rhs, response, ierr))
+      PetscCall(respond(system, linear_solver, rhs, response, ierr))
       do i_term = 1, n_terms
         if (.not. has_prescribed_values(system, i_term)) cycle
         prescribed = system%prescribed_displacement(unit_vector(n_all, i_term))
@@ -172,7 +188,7 @@ contains
       rhs(:, i) = forces(system%map%local_dofs)
     end do
     allocate (solved, mold=rhs)
-    PetscCall(linear_solver%solve_many(rhs, solved, ierr))
+    PetscCall(respond(system, linear_solver, rhs, solved, ierr))
     response = solved
   end subroutine solve_lifted_forces
 

@@ -199,6 +199,7 @@ contains
       rows(:, i) = merge(tied%form%multipliers(residual(:, i)), -tied%form%norms * unknowns(tied%form%bounded_dofs, i), &
         tied%status == row_closed)
       call tied%form%to_displacement(system, unknowns(:, i))
+      call system%motions%idle%leave_out(system%motions, unknowns(:, i))
       fields(:, i) = unknowns(:, i)
     end do
   end subroutine respond

@@ -388,7 +388,7 @@ PLANTED = [
         "the size of loads in the balance of forces cancels",
     ),
     Planted(
-        SRC + "contact/rigid_motions.f90",
+        SRC + "contact/rigid_bodies.f90",
         "modes(:, 5) = [place(3), 0.0_rk, -place(1)]",
         "modes(:, 5) = [place(3), 0.0_rk, place(1)]",
         "a rotation about y that is none",

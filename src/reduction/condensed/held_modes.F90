@@ -1,8 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> POD modes of one body that are zero on its held dofs. Two parts are first subtracted from the snapshots: the response to
-!> prescribed displacements (lifting), and the rigid motion of a body that only contact holds. This motion is taken from the
-!> displacements of the artificial supports of the body.
+!> POD modes of one body without its rigid motions. Two parts are first subtracted from the snapshots: the response to prescribed
+!> displacements (lifting), and the rigid motion of a body that only contact holds. This motion is taken from the displacements of
+!> the artificial supports of the body, which are then zero. At last the idle motions are taken out.
 module sig_held_modes
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: held_dofs
@@ -33,17 +33,17 @@ contains
     real(rk), intent(in) :: lifting(:, :)
     !> numbers of the terms of the prescribed displacements
     integer, intent(in) :: lifted_terms(:)
-    !> [-] shape (size(dofs), n_modes); orthonormal before rounding errors on held dofs are set to zero
+    !> [-] shape (size(dofs), n_modes); orthonormal before the idle motions are taken out
     real(rk), allocatable, intent(out) :: modes(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(pod_t) :: pod
     real(rk), allocatable :: motions(:, :), amplitudes(:, :), field(:), theta(:, :)
     logical, allocatable :: is_held(:)
-    integer, allocatable :: own(:)
+    integer, allocatable :: nodes(:), own(:)
     integer :: i, i_bad_point, i_bad_source
 
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
-    PetscCall(find_motions(system, snapshots, motions, amplitudes, ierr))
+    PetscCall(find_motions(system, snapshots, lifting, theta(lifted_terms, :), motions, amplitudes, ierr))
     own = pack(dofs, dofs >= snapshots%first_dof .and. dofs < snapshots%first_dof + snapshots%n_own)
     PetscCall(pod%create(size(own), size(dofs), snapshots%n_snapshots(), PETSC_COMM_WORLD, ierr))
     do i = 1, snapshots%n_snapshots()
@@ -58,29 +58,43 @@ contains
     do i = 1, size(dofs)
       if (is_held(dofs(i))) modes(i, :) = 0
     end do
+    nodes = dofs(system%map%n_dim::system%map%n_dim) / system%map%n_dim
+    associate (idle => system%motions%idle)
+      if (idle%n > 0) call idle%take_from_carriers(system%motions, nodes, &
+        idle%shares_of_carriers(system%motions, nodes, modes), modes)
+    end associate
   end subroutine find_held_modes
 
-  !> Returns the rigid motions of bodies that only contact holds, and their amplitudes in each snapshot from its displacements at
-  !> the supports. Both are empty where there is no such body. Collective on all ranks.
-  subroutine find_motions(system, snapshots, motions, amplitudes, ierr)
+  !> Returns the rigid motions of bodies that only contact or nothing holds, and their amplitudes in each snapshot without its
+  !> lifting from its displacements at the supports. Both are empty where there is no such body. Collective on all ranks.
+  subroutine find_motions(system, snapshots, lifting, theta, motions, amplitudes, ierr)
     type(contact_system_t), intent(in) :: system
     type(training_set_t), intent(in) :: snapshots
-    !> [-] shape (n_dofs, n_free)
+    !> as in find_held_modes
+    real(rk), intent(in) :: lifting(:, :)
+    !> [-] values of the lifted terms, shape (size(lifting, 2), n_snapshots)
+    real(rk), intent(in) :: theta(:, :)
+    !> [-] shape (n_dofs, n_free + number of idle motions)
     real(rk), allocatable, intent(out) :: motions(:, :)
-    !> [length] shape (n_free, n_snapshots)
+    !> [length] shape (size(motions, 2), n_snapshots)
     real(rk), allocatable, intent(out) :: amplitudes(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: moved(:, :)
     integer, allocatable :: supports(:)
-    integer :: i, k, row
+    integer :: i, i_node, k, row
     logical :: is_singular
 
     ierr = 0
-    supports = system%motions%pick_supports()
-    allocate (motions(system%map%n_dofs, system%motions%n_free))
-    do k = 1, size(motions, 2)
-      motions(:, k) = system%motions%field(unit_vector(size(motions, 2), k))
-    end do
+    associate (free => system%motions, idle => system%motions%idle, n_dim => system%map%n_dim)
+      supports = [free%pick_supports(), idle%supports]
+      allocate (motions(system%map%n_dofs, free%n_free + idle%n))
+      do k = 1, free%n_free
+        motions(:, k) = free%field(unit_vector(free%n_free, k))
+      end do
+      do i_node = 1, size(free%body_of_node)
+        motions(n_dim * (i_node - 1) + 1:n_dim * i_node, free%n_free + 1:) = idle%at_node(free, i_node)
+      end do
+    end associate
     allocate (moved(size(supports), snapshots%n_snapshots()), source=0.0_rk)
     allocate (amplitudes(size(supports), size(moved, 2)))
     if (size(supports) == 0) return
@@ -88,7 +102,7 @@ contains
       row = supports(k) - snapshots%first_dof + 1
       if (row < 1 .or. row > snapshots%n_own) cycle
       do i = 1, size(moved, 2)
-        moved(k, i) = snapshots%displacement(i)%values(row)
+        moved(k, i) = snapshots%displacement(i)%values(row) - dot_product(lifting(supports(k), :), theta(:, i))
       end do
     end do
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, moved, ierr))

@@ -42,6 +42,7 @@ contains
     end associate
     model%training_points = snapshots%parameters
     model%terms = problem%terms
+    if (.not. problem%idle_work%has_no_terms()) model%idle_work = problem%idle_work
     call fill_contact(problem, model)
   end subroutine fill_model_header
 
