@@ -69,8 +69,8 @@ def write_deck(folder, **changes):
 def exact(stroke, side):
     """Displacement of the mesh's nodes at a point: u_y is linear in each body, the block is squeezed about its middle.
 
-    The mesh has 6 nodes of the lower plate, 9 of the block and 6 of the upper plate, column by column. The block's middle
-    is the mean of its nodes, (0 + 0.4 + 1) / 3.
+    The mesh has 6 nodes of the lower plate, 9 of the block and 6 of the upper plate, column by column. The block's
+    middle is the mean of its nodes, (0 + 0.4 + 1) / 3.
     """
     across = np.array([0.0, 0.4, 1.0])
     rows = []
