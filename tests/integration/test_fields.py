@@ -7,7 +7,7 @@ import pytest
 
 from block_meshes import stacked_blocks
 from c_programs import compile_c, run_c
-from results import read_fields
+from results import read_fields, read_table
 from runs import refuse, write_deck
 from test_tied import TIED, write_strip
 from vtk_fields import read_with_vtk
@@ -152,9 +152,11 @@ def test_tied_models_have_fields(signorom, post, tmp_path):
     (tied, tied_fields), (_, fields) = answers
     bound = tied.relative_displacement_bound
     assert 1e-9 < bound < 1e-2
-    # the strip is lifted: nearly all displacement is rigid, and the error in energy allows little of it
+    errors = read_table(tmp_path / "tied" / "results" / "strip" / "validation.csv")
+    for true, told in zip(errors["e_u_energy_relative"], errors["displacement_bound"], strict=True):
+        assert float(true) <= float(told) * (1 + 1e-5)
     largest = abs(fields.displacement).max()
-    assert abs(tied_fields.displacement - fields.displacement).max() <= bound * largest
+    assert abs(tied_fields.displacement - fields.displacement).max() <= 10 * bound * largest
     assert abs(tied_fields.von_mises - fields.von_mises).max() <= 10 * bound * fields.von_mises.max()
 
 
@@ -255,7 +257,7 @@ def test_fields_beside_the_model_without_a_table_file(signorom, study, tmp_path)
     done = signorom.run("predict", "model.h5", "--at", "heat=300,press=1e4", "--fields", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("heat,press,")
-    assert "fields of 1 point: ./predicted_fields/fields.xdmf" in done.stderr
+    assert done.stderr.startswith("fields of 1 point") and "): ./predicted_fields/fields.xdmf" in done.stderr
     found = {path.name for path in (tmp_path / "predicted_fields").iterdir()}
     assert found == {"fields.h5", "fields.xdmf", "contact.h5", "contact.xdmf"}
 

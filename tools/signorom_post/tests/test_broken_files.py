@@ -130,7 +130,7 @@ def test_missing_dataset_is_named(folder: Path, name: str, dataset: str) -> None
     ("name", "dataset", "value", "sentence"),
     [
         ("fields.h5", "mesh/topology", [[0, 1, 9999]], "a node outside 0.."),
-        ("fields.h5", "mesh/topology", [7, 0, 1], "the cell type 7"),
+        ("fields.h5", "mesh/topology", [99, 0, 1], "the cell type 99"),
         ("fields.h5", "mesh/topology", [4, 0, 1], "ends within a cell"),
         ("fields.h5", "mesh/coordinates", [[0.0, 1.0]], "has 2 columns"),
         ("fields.h5", "contact/first/nodes", [0] * 11, "has the number 0; allowed are 1 to"),
