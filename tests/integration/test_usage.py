@@ -214,7 +214,7 @@ def test_log_without_terminal_is_sparse(signorom, tmp_path):
     assert done.returncode == 0
     assert done.stderr == ""
     assert re.search(r"^sampling: 3000 of 3000 in ", done.stdout, re.MULTILINE)
-    assert len(done.stdout.splitlines()) < 20
+    assert len(done.stdout.splitlines()) < 24  # the table of errors has eleven
     assert not re.search(r"[\x00-\x09\x0b-\x1f]", done.stdout)
 
 
