@@ -77,6 +77,10 @@ contains
     call prescribe(boundary, case%mesh, [(node_at(case%stack, 1, i, 0), i=0, 4)], 2, 0.0_rk, 0.0_rk)
     call prescribe(boundary, case%mesh, [(node_at(case%stack, 2, i, 2), i=0, 4)], 2, 0.0_rk, -1.0_rk)
     PetscCall(finish(comm, boundary, case, ierr))
+    ! a system holds such a body where no load drives it; here nothing does
+    deallocate (case%system%motions%idle%supports)
+    allocate (case%system%motions%idle%supports(0))
+    case%system%boundary = boundary
   end subroutine create_loose
 
   !> A block on another one, which is clamped at its base. Of the upper one a single dof is held, u_x in the middle of its foot:
