@@ -257,7 +257,8 @@ def test_fields_beside_the_model_without_a_table_file(signorom, study, tmp_path)
     done = signorom.run("predict", "model.h5", "--at", "heat=300,press=1e4", "--fields", folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("heat,press,")
-    assert done.stderr.startswith("fields of 1 point") and "): ./predicted_fields/fields.xdmf" in done.stderr
+    assert done.stderr.startswith("fields of 1 point")
+    assert "): ./predicted_fields/fields.xdmf" in done.stderr
     found = {path.name for path in (tmp_path / "predicted_fields").iterdir()}
     assert found == {"fields.h5", "fields.xdmf", "contact.h5", "contact.xdmf"}
 
