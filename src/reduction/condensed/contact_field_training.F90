@@ -22,6 +22,7 @@ module sig_contact_field_training
   use sig_point_tree, only: point_tree_t
   use sig_probe_points, only: find_probes
   use sig_problem, only: problem_t
+  use sig_progress, only: progress_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_singular_values, only: singular_values
@@ -52,6 +53,8 @@ module sig_contact_field_training
   !> Modes are taken if they are at most this share of the contacts: compressed responses need about as much memory then.
   real(rk), parameter :: most_modes = 0.1_rk
   integer, parameter :: few_modes = 10
+  !> [s] progress is told only if compression takes longer
+  real(rk), parameter :: seconds_of_silence = 3
   !> most attempts to reach the tolerance by compression
   integer, parameter :: most_attempts = 6
 
@@ -300,6 +303,7 @@ contains
     type(reduced_condensed_t), intent(inout) :: reduced
     PetscErrorCode, intent(out) :: ierr
     type(piece_t), allocatable :: pieces(:)
+    type(progress_t) :: progress
     real(rk), allocatable :: columns(:, :), factor(:, :), own(:, :), scaled(:, :)
     integer, allocatable :: dofs(:), group(:)
     real(rk) :: error
@@ -309,6 +313,7 @@ contains
     dofs = [((problem%mesh%n_dim * (nodes%order(i) - 1) + k, k=1, problem%mesh%n_dim), i=1, size(nodes%order))]
     associate (field => reduced%field)
       call clear(field)
+      call progress%start('compressed responses to contact forces', size(contacts%order), seconds_of_silence)
       do i = 1, size(contacts%first)
         if (contacts%children(1, i) /= 0) cycle
         group = contacts%order(contacts%first(i):contacts%last(i))
@@ -325,7 +330,9 @@ contains
         field%group_ends = [field%group_ends, size(field%responses%column_order)]
         PetscCall(measure_group(system, own, factor, field, error, ierr))
         field%group_errors = [field%group_errors, error]
+        call progress%advance(size(field%responses%column_order))
       end do
+      call progress%finish()
     end associate
   end subroutine compress_groups
 
