@@ -288,12 +288,15 @@ contains
     !> after certify for own forces
     type(condensed_room_t), intent(in) :: room
     type(answer_t), intent(inout) :: answer
-    real(rk) :: energy
+    !> [-] of the displacement, from the solves and sums that made it
+    real(rk), parameter :: rounding = 1.0e-12_rk
+    real(rk) :: energy, size_of_field
 
     ! openings of anchors do not count in z'W z, as their rows and columns of W have opposite signs
     energy = max(0.0_rk, dot_product(answer%unknowns, room%opening - room%free_opening))
-    call answer%take_displacement_bound(answer%bound + self%field%error_of(self%compliance, answer%unknowns, energy), &
-      comparable_size(self%size_of_field(answer%theta, answer%unknowns, energy), self%largest_field))
+    size_of_field = comparable_size(self%size_of_field(answer%theta, answer%unknowns, energy), self%largest_field)
+    call answer%take_displacement_bound(answer%bound + rounding * size_of_field + &
+      self%field%error_of(self%compliance, answer%unknowns, energy), size_of_field)
   end subroutine certify_displacement
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
