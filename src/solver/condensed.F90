@@ -284,28 +284,27 @@ contains
     end associate
   end subroutine respond
 
-  !> Returns columns of H. The rows of B should come in blocks of columns_at_once, so that the solves are fast where H is not kept.
-  !> Requires: create has succeeded. Collective.
-  subroutine respond_to_rows(self, system, first, last, columns, ierr)
+  !> Returns the columns of H that belong to some rows of B. These should come in blocks of columns_at_once, so that the solves are
+  !> fast where H is not kept. Requires: create has succeeded. Collective.
+  subroutine respond_to_rows(self, system, chosen, columns, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    !> first and last row of B, 1-based
-    integer, intent(in) :: first
-    integer, intent(in) :: last
-    !> [length/force] H(:, first:last), rows of this rank, shape (n_local_dofs, last - first + 1)
+    !> rows of B, 1-based
+    integer, intent(in) :: chosen(:)
+    !> [length/force] H(:, chosen), rows of this rank, shape (n_local_dofs, size(chosen))
     real(rk), contiguous, intent(out) :: columns(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: unknowns(:, :)
-    integer :: k
+    integer :: i
 
     ierr = 0
     if (allocated(self%contact_response)) then
-      columns = self%contact_response(:, first:last)
+      columns = self%contact_response(:, chosen)
       return
     end if
-    allocate (unknowns(system%rows%n_rows, last - first + 1), source=0.0_rk)
-    do k = first, last
-      unknowns(k, k - first + 1) = 1
+    allocate (unknowns(system%rows%n_rows, size(chosen)), source=0.0_rk)
+    do i = 1, size(chosen)
+      unknowns(chosen(i), i) = 1
     end do
     PetscCall(self%respond(system, unknowns, columns, ierr))
   end subroutine respond_to_rows

@@ -145,7 +145,7 @@ contains
     real(rk), allocatable, intent(out) :: rows(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: columns(:, :), shared(:, :)
-    integer :: first, last
+    integer :: first, k, last
 
     ierr = 0
     associate (system => team%solver%system)
@@ -154,7 +154,7 @@ contains
       do first = 1, size(rows, 2), columns_at_once
         last = min(first + columns_at_once - 1, size(rows, 2))
         allocate (columns(system%map%n_local_dofs, last - first + 1))
-        PetscCall(condensed%respond_to_rows(system, first, last, columns, ierr))
+        PetscCall(condensed%respond_to_rows(system, [(k, k=first, last)], columns, ierr))
         PetscCall(share_rows(team, columns, size(columns, 2), dofs, shared, ierr))
         rows(:, first:last) = shared
         deallocate (columns)

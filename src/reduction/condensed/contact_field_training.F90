@@ -83,7 +83,8 @@ contains
       call field%complete(system%map%n_dofs, system%rows%n_rows)
       PetscCall(system%share_columns(condensed%free_response, size(condensed%free_response, 2), reduced%free_response, ierr))
       PetscCall(broadcast_columns(reduced%free_response, PETSC_COMM_WORLD, ierr))
-      PetscCall(respond_to(system, condensed, reduced%anchors, motions, ierr))
+      allocate (motions(system%map%n_local_dofs, size(reduced%anchors)))
+      PetscCall(condensed%respond_to_rows(system, reduced%anchors, motions, ierr))
       PetscCall(system%share_columns(motions, size(motions, 2), field%motions, ierr))
       PetscCall(broadcast_columns(field%motions, PETSC_COMM_WORLD, ierr))
       call choose_modes(states, reduced, tolerance, combinations)
@@ -317,7 +318,8 @@ contains
       do i = 1, size(contacts%first)
         if (contacts%children(1, i) /= 0) cycle
         group = contacts%order(contacts%first(i):contacts%last(i))
-        PetscCall(respond_to(system, condensed, group, own, ierr))
+        allocate (own(system%map%n_local_dofs, size(group)))
+        PetscCall(condensed%respond_to_rows(system, group, own, ierr))
         PetscCall(system%share_columns(own, size(group), columns, ierr))
         columns = columns(dofs, :)
         call factor_group(reduced%compliance(group, group), factor)
@@ -329,32 +331,13 @@ contains
         field%responses%column_order = [field%responses%column_order, group]
         field%group_ends = [field%group_ends, size(field%responses%column_order)]
         PetscCall(measure_group(system, own, factor, field, error, ierr))
+        deallocate (own)
         field%group_errors = [field%group_errors, error]
         call progress%advance(size(field%responses%column_order))
       end do
       call progress%finish()
     end associate
   end subroutine compress_groups
-
-  !> Returns columns of H, the rows of this rank. Collective.
-  subroutine respond_to(system, condensed, chosen, columns, ierr)
-    type(contact_system_t), intent(in) :: system
-    type(condensed_t), intent(inout) :: condensed
-    !> contacts, 1-based
-    integer, intent(in) :: chosen(:)
-    !> [length/force] shape (n_local_dofs, size(chosen))
-    real(rk), allocatable, intent(out) :: columns(:, :)
-    PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: unknowns(:, :)
-    integer :: i
-
-    allocate (unknowns(system%rows%n_rows, size(chosen)), source=0.0_rk)
-    do i = 1, size(chosen)
-      unknowns(chosen(i), i) = 1
-    end do
-    allocate (columns(system%map%n_local_dofs, size(chosen)))
-    PetscCall(condensed%respond(system, unknowns, columns, ierr))
-  end subroutine respond_to
 
   !> Removes what an attempt left.
   subroutine clear(field)

@@ -151,7 +151,7 @@ contains
       self%n_full = n_driving + n_rows
       allocate (fields(map%n_local_dofs, self%n_full + n_lifted + cluster%n_modes))
       fields(:, :n_driving) = self%condensed%free_response
-      PetscCall(self%condensed%respond_to_rows(self%system, 1, n_rows, fields(:, n_driving + 1:self%n_full), ierr))
+      PetscCall(self%condensed%respond_to_rows(self%system, [(i, i=1, n_rows)], fields(:, n_driving + 1:self%n_full), ierr))
       fields(:, n_driving + 1:self%n_full) = -fields(:, n_driving + 1:self%n_full)
       fields(:, self%n_full + 1:self%n_full + n_lifted) = cluster%lifting(local, :)
       fields(:, self%n_full + n_lifted + 1:) = cluster%basis(local, :)
