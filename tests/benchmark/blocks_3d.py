@@ -26,6 +26,8 @@ import yaml
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "support"))
+from boxes import write_gmsh  # noqa: E402
+
 from program import ENVIRONMENT, launcher  # noqa: E402
 
 # thousand dofs: nodes along each side of the contact face, nodes along the height of a block; cells always twice as high
@@ -87,36 +89,17 @@ def write_mesh(path, n_side, n_high, n_side_of_upper=None):
     upper, upper_cells, upper_faces = block(n_side_of_upper or n_side, n_high, 0.5)
     n = len(nodes)
     groups = [
-        (3, "lower", cells),
-        (3, "upper", upper_cells + n),
-        (2, "bottom", faces["low"]),
-        (2, "lower_face", faces["high"]),
-        (2, "upper_face", upper_faces["low"] + n),
-        (2, "top", upper_faces["high"] + n),
-        (2, "front", np.vstack([faces["front"], upper_faces["front"] + n])),
-        (2, "left", np.vstack([faces["left"], upper_faces["left"] + n])),
+        ("H8", "lower", cells),
+        ("H8", "upper", upper_cells + n),
+        ("Q4", "bottom", faces["low"]),
+        ("Q4", "lower_face", faces["high"]),
+        ("Q4", "upper_face", upper_faces["low"] + n),
+        ("Q4", "top", upper_faces["high"] + n),
+        ("Q4", "front", np.vstack([faces["front"], upper_faces["front"] + n])),
+        ("Q4", "left", np.vstack([faces["left"], upper_faces["left"] + n])),
     ]
     nodes = np.vstack([nodes, upper])
-    with path.open("wb") as file:
-        file.write(b"$MeshFormat\n2.2 1 8\n" + np.int32(1).tobytes() + b"\n$EndMeshFormat\n$PhysicalNames\n")
-        file.write(f"{len(groups)}\n".encode())
-        for tag, (dimension, name, _) in enumerate(groups, 1):
-            file.write(f'{dimension} {tag} "{name}"\n'.encode())
-        file.write(f"$EndPhysicalNames\n$Nodes\n{len(nodes)}\n".encode())
-        table = np.zeros(len(nodes), dtype=[("tag", "<i4"), ("place", "<f8", 3)])
-        table["tag"], table["place"] = np.arange(1, len(nodes) + 1), nodes
-        file.write(table.tobytes())
-        total = sum(len(members) for _, _, members in groups)
-        file.write(f"\n$EndNodes\n$Elements\n{total}\n".encode())
-        first = 1
-        for tag, (dimension, _, members) in enumerate(groups, 1):
-            kind = 5 if dimension == 3 else 3
-            file.write(np.array([kind, len(members), 2], dtype="<i4").tobytes())
-            numbers = np.arange(first, first + len(members))[:, None]
-            tags = np.full((len(members), 2), tag)
-            file.write(np.hstack([numbers, tags, members + 1]).astype("<i4").tobytes())
-            first += len(members)
-        file.write(b"\n$EndElements\n")
+    write_gmsh(path, nodes, groups)
     return len(nodes), (n_side * n_side)
 
 
