@@ -66,8 +66,23 @@ contains
         idle%n = idle%n + n
       end associate
     end do
+    call hold_others(idle)
     call sort(idle%supports)
   end subroutine find_idle_motions
+
+  !> Leaves bodies where they are that a motion moves by rounding only: a large load on one of them would seem to drive the motion.
+  pure subroutine hold_others(idle)
+    type(idle_motions_t), intent(inout) :: idle
+    real(rk) :: sizes(size(idle%amplitudes, 2))
+    integer :: i, i_body
+
+    do i = 1, idle%n
+      sizes = sum(idle%amplitudes(:, :, i)**2, dim=1)
+      do i_body = 1, size(sizes)
+        if (sizes(i_body) <= negligible * maxval(sizes)) idle%amplitudes(:, i_body, i) = 0
+      end do
+    end do
+  end subroutine hold_others
 
   !> Splits motions into those that a body carries, which are orthonormal on its nodes, and those that do not move it.
   subroutine carry(bodies, i_body, left, carried)

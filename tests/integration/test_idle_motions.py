@@ -205,3 +205,49 @@ def test_facets_do_not_roll_a_disc(signorom, tmp_path):
         forces[name] = fields["multipliers_full_order"].sum() / 2
     # edges of 0.4 on a half width of contact of about 1.5
     assert forces["plain"] == pytest.approx(forces["given"], rel=0.02)
+
+
+# A pin of radius 1 in a bush in an eye of radius 3, whose rim is held.
+LUG = """\
+SetFactory("OpenCASCADE");
+Disk(11) = {0, 0, 0, 3};
+Disk(12) = {0, 0, 0, 1.5};
+BooleanDifference(1) = { Surface{11}; Delete; }{ Surface{12}; Delete; };
+Disk(13) = {0, 0, 0, 1.5};
+Disk(14) = {0, 0, 0, 1};
+BooleanDifference(2) = { Surface{13}; Delete; }{ Surface{14}; Delete; };
+Disk(3) = {0, 0, 0, 1};
+Physical Surface("eye") = {1};
+Physical Surface("bush") = {2};
+Physical Surface("pin") = {3};
+eye() = Abs(Boundary{ Surface{1}; });
+bush() = Abs(Boundary{ Surface{2}; });
+pin() = Abs(Boundary{ Surface{3}; });
+Physical Curve("rim") = {eye(0)};
+Physical Curve("eye_bore") = {eye(1)};
+Physical Curve("bush_outside") = {bush(0)};
+Physical Curve("bush_bore") = {bush(1)};
+Physical Curve("pin_face") = {pin(0)};
+Mesh.MeshSizeMin = 0.3;
+Mesh.MeshSizeMax = 0.3;
+"""
+LUG_DECK = """\
+mesh: {file: lug.msh, model: plane_stress}
+parameters: {pull: {min: 1.0, max: 5.0}, angle: {min: -1.0, max: 1.0}}
+materials: {steel: {regions: [pin, bush, eye], young_modulus: 2.0e5, poisson_ratio: 0.3}}
+boundary_conditions: [{boundary: rim, displacement: {x: 0, y: 0}}]
+loads: [{region: pin, body_force: {x: pull * sin(angle), y: pull * cos(angle)}}]
+contact:
+  - {first: bush_bore, second: pin_face, initial_gap: 1.0e-6}
+  - {first: bush_outside, second: eye_bore, initial_gap: -1.0e-4}
+"""
+
+
+def test_a_load_on_one_body_does_not_turn_another(signorom, tmp_path):
+    """Bush and pin may turn, each alone: what a pull at the pin works on the turn of the bush is rounding."""
+    (tmp_path / "lug.geo").write_text(LUG)
+    make_mesh(tmp_path / "lug.geo", tmp_path / "lug.msh")
+    (tmp_path / "lug.yaml").write_text(LUG_DECK)
+    shown = signorom("solve", "lug.yaml", "--at", "pull=2.0,angle=0.7", folder=tmp_path)
+    for body in ("pin", "bush"):
+        assert f"nothing holds the body '{body}' (rotation), and no load drives it" in shown
