@@ -91,8 +91,8 @@ class Resultants:
 class Cells:
     """The mesh that a model keeps for fields. Nodes count from 0.
 
-    The number of nodes gives the type of an element: T3, Q4, T6, Q8, Q9 in the plane, T4, H8, T10, H20, H27 in space.
-    The nodes of an element are in gmsh's order.
+    The number of nodes gives the type of an element: T3, Q4, T6, Q8, Q9 in the plane; T4, P5, W6, H8, T10, P13, P14,
+    W15, W18, H20, H27 in space. The nodes of an element are in gmsh's order.
     """
 
     #: the nodes of cell i are nodes[starts[i]:starts[i + 1]]; shape (n_cells + 1)
