@@ -3,7 +3,6 @@
 !> Starts PETSc, runs one command, and ends with the exit code of this command, or with 1 after an internal error.
 program signorom
   use mpi, only: MPI_Abort, MPI_COMM_WORLD
-  use sig_blas_kernels, only: choose_blas_kernels
   use sig_commands, only: run_command
   use sig_errors, only: exit_internal
   use sig_kinds, only: rk
@@ -18,7 +17,6 @@ program signorom
   type(string_t), allocatable :: arguments(:)
   integer :: exit_code, ierr, ierr_abort
 
-  call choose_blas_kernels()
   call install_stop_signals(stop_grace)
   call start_petsc(ierr)
   if (ierr == 0) then
