@@ -7,7 +7,7 @@ program signorom
   use sig_errors, only: exit_internal
   use sig_kinds, only: rk
   use sig_memory_check, only: hint_at_memory
-  use sig_petsc_support, only: end_petsc, start_petsc
+  use sig_petsc_support, only: end_petsc, start_petsc, take_fast_blas
   use sig_signals, only: install_stop_signals
   use sig_text, only: string_t
   implicit none(type, external)
@@ -17,6 +17,7 @@ program signorom
   type(string_t), allocatable :: arguments(:)
   integer :: exit_code, ierr, ierr_abort
 
+  call take_fast_blas()
   call install_stop_signals(stop_grace)
   call start_petsc(ierr)
   if (ierr == 0) then

@@ -11,7 +11,7 @@ module sig_petsc_support
   use petsc
   implicit none(type, external)
   private
-  public :: start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
+  public :: take_fast_blas, start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
   public :: broadcast_columns, broadcast_integers, broadcast_singles, sum_over_ranks, max_over_ranks, memory_of_ranks
   public :: precondition_failed, has_multigrid_vi
@@ -31,6 +31,9 @@ module sig_petsc_support
   end interface max_over_ranks
 
   interface
+    subroutine sig_take_fast_blas() bind(c)
+    end subroutine sig_take_fast_blas
+
     function sig_petsc_start() result(status) bind(c)
       import :: c_int
       integer(c_int) :: status
@@ -93,6 +96,12 @@ module sig_petsc_support
   end interface
 
 contains
+
+  !> Makes BLAS use kernels that suit the processor. This may start the program anew (blas_kernels.h), so that it must be called
+  !> first of all.
+  subroutine take_fast_blas()
+    call sig_take_fast_blas()
+  end subroutine take_fast_blas
 
   !> Starts MPI, PETSc and SLEPc without reading the command line. With several ranks, a rank that still runs 0.6 s after a stop
   !> signal (sig_signals) is ended by force. It then ends the other ranks, too, unless the launcher (mpirun) has sent the signal,
