@@ -5,7 +5,7 @@ module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: max_product, product_t, split_products
+  public :: max_product, max_products, product_t, split_products
 
   !> One product, as two expressions.
   type :: product_t
@@ -18,91 +18,201 @@ module sig_value_products
   !> largest number of characters of of_parameters, and of of_place. Either may be longer than the text in the deck, because each
   !> factor gets parentheses
   integer, parameter :: max_product = 1000
+  !> An expression is not split into more products than this; each is a load case.
+  integer, parameter :: max_products = 64
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
 
 contains
 
-  !> Splits an expression at its operators + - * / outside of parentheses into a sum of products. Each product is a factor of
-  !> the parameters times a factor of the place. What names neither, such as a number, belongs to the factor of the place. An
-  !> expression of the parameters alone, of the coordinates alone, or of neither is one product. Nothing is split if an operator
-  !> such as < or ? stands outside of parentheses: then the whole text is one factor.
-  pure subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
+  !> Splits an expression at its operators + - * / into a sum of products. Each product is a factor of the parameters times a factor
+  !> of the place. What names neither, such as a number, belongs to the factor of the place. Parentheses that hold both are
+  !> multiplied out. An expression of the parameters alone, of the coordinates alone, or of neither is one product. Nothing is split
+  !> if an operator such as < or ? stands outside of parentheses: then the whole text is one factor.
+  pure recursive subroutine split_products(text, parameter_names, coordinate_names, products, is_split, mixed_factor)
     !> a valid expression of these names
     character(*), intent(in) :: text
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     !> must not be used unless is_split
     type(product_t), allocatable, intent(out) :: products(:)
-    !> whether no factor depends on both parameters and coordinates, and no text is longer than max_product; always true for an
-    !> expression that is one product
+    !> whether no factor depends on both parameters and coordinates, there are at most max_products, and no text is longer than
+    !> max_product; always true for an expression that is one product
     logical, intent(out) :: is_split
     !> first factor that depends on both, as it stands in the text; empty if there is none
     character(:), allocatable, intent(out), optional :: mixed_factor
-    character(:), allocatable :: mixed
+    type(product_t), allocatable :: own(:)
+    character(:), allocatable :: first_mixed, mixed
     character(len(text)) :: operators
     integer, allocatable :: cuts(:)
     integer :: i
 
-    is_split = .true.
-    if (present(mixed_factor)) mixed_factor = ''
+    allocate (products(0))
+    first_mixed = ''
     if (.not. (depends_on(text, coordinate_names) .and. depends_on(text, parameter_names))) then
-      allocate (products(1))
-      products(1)%of_parameters = ''
-      products(1)%of_place = text
       if (depends_on(text, parameter_names)) then
-        products(1)%of_parameters = text
-        products(1)%of_place = '1'
+        call append_product(products, product_t(text, '1'))
+      else
+        call append_product(products, product_t('', text))
       end if
-      return
+      is_split = .true.
+    else
+      operators = find_operators(text)
+      cuts = [0, pack([(i, i=1, len(text))], [(scan(operators(i:i), '+-') > 0, i=1, len(text))]), len(text) + 1]
+      do i = 1, size(cuts) - 1
+        call split_addend(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, &
+          coordinate_names, own, mixed)
+        if (cuts(i) > 0) call negate_after(operators(cuts(i):cuts(i)), own)
+        if (first_mixed == '') first_mixed = mixed
+        call append_products(products, own)
+      end do
+      is_split = first_mixed == '' .and. size(products) <= max_products
+      do i = 1, size(products)
+        if (products(i)%of_place == '') products(i)%of_place = '1'
+        is_split = is_split .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= max_product
+      end do
     end if
-    operators = find_operators(text)
-    cuts = [0, pack([(i, i=1, len(text))], [(scan(operators(i:i), '+-') > 0, i=1, len(text))]), len(text) + 1]
-    allocate (products(size(cuts) - 1))
-    do i = 1, size(products)
-      products(i)%of_parameters = ''
-      products(i)%of_place = ''
-      if (cuts(i) > 0) then
-        if (operators(cuts(i):cuts(i)) == '-') products(i)%of_place = '-1'
-      end if
-      call collect_factors(text(cuts(i) + 1:cuts(i + 1) - 1), operators(cuts(i) + 1:cuts(i + 1) - 1), parameter_names, &
-        coordinate_names, products(i), mixed)
-      if (products(i)%of_place == '') products(i)%of_place = '1'
-      if (present(mixed_factor)) then
-        if (mixed_factor == '') mixed_factor = mixed
-      end if
-      is_split = is_split .and. mixed == '' .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= max_product
-    end do
+    if (present(mixed_factor)) mixed_factor = first_mixed
   end subroutine split_products
 
-  pure subroutine collect_factors(addend, signs, parameter_names, coordinate_names, product, mixed)
+  !> Splits what stands between two operators + and -. Parts of the products may be empty, which means 1.
+  pure recursive subroutine split_addend(addend, signs, parameter_names, coordinate_names, products, mixed)
     character(*), intent(in) :: addend
     !> operators between the factors, at their positions
     character(*), intent(in) :: signs
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
-    type(product_t), intent(inout) :: product
-    !> first factor that depends on both; empty if there is none
+    type(product_t), allocatable, intent(out) :: products(:)
+    !> first factor that depends on both and cannot be multiplied out; empty if there is none
     character(:), allocatable, intent(out) :: mixed
+    type(product_t), allocatable :: inner(:)
+    character(:), allocatable :: inner_mixed
     integer :: first, last
     character :: sign
+    logical :: is_split
 
+    allocate (products(0))
+    call append_product(products, product_t('', ''))
     mixed = ''
     sign = '*'
     first = 1
     do while (first <= len(addend))
       last = scan(signs(first:), '*/') + first - 2
       if (last < first) last = len(addend)
-      if (depends_on(addend(first:last), parameter_names)) then
-        call append_factor(product%of_parameters, sign, addend(first:last))
-        if (mixed == '' .and. depends_on(addend(first:last), coordinate_names)) mixed = trim(adjustl(addend(first:last)))
-      else
-        call append_factor(product%of_place, sign, addend(first:last))
-      end if
+      associate (factor => addend(first:last))
+        if (.not. depends_on(factor, parameter_names)) then
+          call multiply_by(products, sign, product_t('', factor))
+        else if (.not. depends_on(factor, coordinate_names)) then
+          call multiply_by(products, sign, product_t(factor, ''))
+        else if (sign == '*' .and. is_sum(factor)) then
+          call split_products(inside(factor), parameter_names, coordinate_names, inner, is_split, inner_mixed)
+          if (scan(adjustl(factor), '-') == 1) call negate_after('-', inner)
+          if (mixed == '') mixed = inner_mixed
+          call multiply_out(products, inner)
+        else if (mixed == '') then
+          mixed = trim(adjustl(factor))
+        end if
+      end associate
       if (last < len(addend)) sign = signs(last + 1:last + 1)
       first = last + 2
     end do
-  end subroutine collect_factors
+  end subroutine split_addend
+
+  !> Whether the factor is one pair of parentheses, with a sign or without one.
+  pure logical function is_sum(factor)
+    character(*), intent(in) :: factor
+    integer :: depth, first, i
+
+    is_sum = .false.
+    first = verify(factor, ' +-')
+    if (factor(first:first) /= '(') return
+    depth = 0
+    do i = first, len_trim(factor)
+      if (factor(i:i) == '(') depth = depth + 1
+      if (factor(i:i) == ')') depth = depth - 1
+      if (depth == 0) exit
+    end do
+    is_sum = i == len_trim(factor) .and. len_trim(adjustl(factor(:first - 1))) <= 1
+  end function is_sum
+
+  !> Returns what stands inside of the parentheses of a factor (is_sum).
+  pure function inside(factor) result(text)
+    character(*), intent(in) :: factor
+    character(:), allocatable :: text
+
+    text = factor(scan(factor, '(') + 1:len_trim(factor) - 1)
+  end function inside
+
+  !> Changes the sign of products behind an operator -.
+  pure subroutine negate_after(operator, products)
+    character, intent(in) :: operator
+    type(product_t), intent(inout) :: products(:)
+    integer :: i
+
+    if (operator /= '-') return
+    do i = 1, size(products)
+      if (products(i)%of_place == '') then
+        products(i)%of_place = '-1'
+      else
+        products(i)%of_place = '-1*' // products(i)%of_place
+      end if
+    end do
+  end subroutine negate_after
+
+  !> Replaces products by all products of one of them and one of `inner`.
+  pure subroutine multiply_out(products, inner)
+    type(product_t), allocatable, intent(inout) :: products(:)
+    type(product_t), intent(in) :: inner(:)
+    type(product_t), allocatable :: all_products(:), some(:)
+    integer :: i
+
+    ! too many already; the caller finds that
+    if (size(products) > max_products) return
+    allocate (all_products(0))
+    do i = 1, size(inner)
+      some = products
+      call multiply_by(some, '*', inner(i))
+      call append_products(all_products, some)
+    end do
+    call move_alloc(all_products, products)
+  end subroutine multiply_out
+
+  !> Multiplies or divides (sign / ) each product by a factor, one part of which may be empty.
+  pure subroutine multiply_by(products, sign, factor)
+    type(product_t), intent(inout) :: products(:)
+    character, intent(in) :: sign
+    type(product_t), intent(in) :: factor
+    integer :: i
+
+    do i = 1, size(products)
+      if (factor%of_parameters /= '') call append_factor(products(i)%of_parameters, sign, factor%of_parameters)
+      if (factor%of_place /= '') call append_factor(products(i)%of_place, sign, factor%of_place)
+    end do
+  end subroutine multiply_by
+
+  pure subroutine append_products(products, more)
+    type(product_t), allocatable, intent(inout) :: products(:)
+    type(product_t), intent(in) :: more(:)
+    integer :: i
+
+    do i = 1, size(more)
+      call append_product(products, more(i))
+    end do
+  end subroutine append_products
+
+  pure subroutine append_product(products, next)
+    type(product_t), allocatable, intent(inout) :: products(:)
+    type(product_t), intent(in) :: next
+    type(product_t), allocatable :: longer(:)
+    integer :: i
+
+    allocate (longer(size(products) + 1))
+    do i = 1, size(products)
+      longer(i) = products(i)
+    end do
+    longer(size(longer)) = next
+    call move_alloc(longer, products)
+  end subroutine append_product
 
   pure subroutine append_factor(product, sign, factor)
     character(:), allocatable, intent(inout) :: product
