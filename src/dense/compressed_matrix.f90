@@ -7,6 +7,7 @@
 module sig_compressed_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_kinds, only: lk, rk, sk
+  use sig_linear_algebra, only: product_of_transposed => transposed_product
   implicit none(type, external)
   private
   public :: compressed_matrix_t
@@ -30,7 +31,9 @@ module sig_compressed_matrix
     procedure :: fits
     procedure :: add_product
     procedure :: row_product
-    procedure :: columns_between
+    procedure :: full_matrix
+    procedure :: transposed_product
+    procedure :: join_columns
     procedure :: size_in_bytes
   end type compressed_matrix_t
 
@@ -223,39 +226,95 @@ contains
     end if
   end function row_of_block
 
-  !> Returns an interval of the ordered columns, complete, of which the blocks of the interval are made.
-  pure function columns_between(self, first, last) result(columns)
+  !> Returns the whole matrix.
+  pure function full_matrix(self) result(full)
     class(compressed_matrix_t), intent(in) :: self
-    !> first and last ordered column, 1-based; no block lies on both sides of one of these borders
-    integer, intent(in) :: first
-    integer, intent(in) :: last
-    !> shape (n_rows, last - first + 1)
-    real(rk), allocatable :: columns(:, :)
+    !> shape (n_rows, n_columns)
+    real(rk), allocatable :: full(:, :)
     integer :: i, n_left, n_rows
     integer(lk) :: at
 
-    allocate (columns(size(self%row_order), last - first + 1), source=0.0_rk)
+    allocate (full(size(self%row_order), size(self%column_order)), source=0.0_rk)
     at = 0
     do i = 1, size(self%blocks, 2)
       associate (block => self%blocks(:, i))
-        if (block(first_column) >= first .and. block(last_column) <= last) then
-          n_rows = block(last_row) - block(first_row) + 1
-          n_left = n_rows * block(block_rank)
-          associate (rows => self%row_order(block(first_row):block(last_row)), &
-                     values => self%values(at + 1:at + n_values_of(block)), &
-                     n => block(last_column) - block(first_column) + 1, k => block(first_column) - first)
-            if (block(block_rank) == 0) then
-              columns(rows, k + 1:k + n) = reshape(values, [n_rows, n])
-            else
-              columns(rows, k + 1:k + n) = matmul(reshape(real(values(:n_left), rk), [n_rows, block(block_rank)]), &
-                transpose(reshape(real(values(n_left + 1:), rk), [n, block(block_rank)])))
-            end if
-          end associate
-        end if
+        n_rows = block(last_row) - block(first_row) + 1
+        n_left = n_rows * block(block_rank)
+        associate (rows => self%row_order(block(first_row):block(last_row)), &
+                   columns => self%column_order(block(first_column):block(last_column)), &
+                   values => self%values(at + 1:at + n_values_of(block)))
+          if (block(block_rank) == 0) then
+            full(rows, columns) = reshape(values, [n_rows, size(columns)])
+          else
+            full(rows, columns) = matmul(reshape(real(values(:n_left), rk), [n_rows, block(block_rank)]), &
+              transpose(reshape(real(values(n_left + 1:), rk), [size(columns), block(block_rank)])))
+          end if
+        end associate
         at = at + n_values_of(block)
       end associate
     end do
-  end function columns_between
+  end function full_matrix
+
+  !> Returns A'Y.
+  function transposed_product(self, y) result(product)
+    class(compressed_matrix_t), intent(in) :: self
+    !> shape (n_rows, n)
+    real(rk), intent(in) :: y(:, :)
+    !> shape (n_columns, n)
+    real(rk), allocatable :: product(:, :)
+    real(rk) :: ordered(size(self%column_order), size(y, 2))
+    integer :: i, n_left, n_rows
+    integer(lk) :: at
+
+    ordered = 0
+    at = 0
+    do i = 1, size(self%blocks, 2)
+      associate (block => self%blocks(:, i))
+        n_rows = block(last_row) - block(first_row) + 1
+        n_left = n_rows * block(block_rank)
+        associate (part => y(self%row_order(block(first_row):block(last_row)), :), &
+                   values => real(self%values(at + 1:at + n_values_of(block)), rk), &
+                   own => ordered(block(first_column):block(last_column), :))
+          if (block(block_rank) == 0) then
+            own = own + product_of_transposed(reshape(values, [n_rows, size(own, 1)]), part)
+          else
+            own = own + matmul(reshape(values(n_left + 1:), [size(own, 1), block(block_rank)]), &
+              product_of_transposed(reshape(values(:n_left), [n_rows, block(block_rank)]), part))
+          end if
+        end associate
+        at = at + n_values_of(block)
+      end associate
+    end do
+    allocate (product, mold=ordered)
+    product(self%column_order, :) = ordered
+  end function transposed_product
+
+  !> Sets blocks and values to those of matrices that stand side by side; row_order and column_order do not change.
+  subroutine join_columns(self, parts)
+    class(compressed_matrix_t), intent(inout) :: self
+    !> matrices with the same ordered rows
+    type(compressed_matrix_t), intent(in) :: parts(:)
+    integer :: i, n_blocks, n_columns
+    integer(lk) :: n_values
+
+    if (allocated(self%values)) deallocate (self%values)
+    if (allocated(self%blocks)) deallocate (self%blocks)
+    allocate (self%values(sum([(size(parts(i)%values, kind=lk), i=1, size(parts))])))
+    allocate (self%blocks(block_entries, sum([(size(parts(i)%blocks, 2), i=1, size(parts))])))
+    n_blocks = 0
+    n_columns = 0
+    n_values = 0
+    do i = 1, size(parts)
+      associate (part => parts(i), blocks => self%blocks(:, n_blocks + 1:n_blocks + size(parts(i)%blocks, 2)))
+        blocks = part%blocks
+        blocks([first_column, last_column], :) = blocks([first_column, last_column], :) + n_columns
+        self%values(n_values + 1:n_values + size(part%values, kind=lk)) = part%values
+        n_blocks = n_blocks + size(part%blocks, 2)
+        n_columns = n_columns + size(part%column_order)
+        n_values = n_values + size(part%values, kind=lk)
+      end associate
+    end do
+  end subroutine join_columns
 
   !> Returns the number of bytes that `values` take.
   pure integer(lk) function size_in_bytes(self)

@@ -35,6 +35,10 @@ module sig_body_response
     !> (n_multipliers * n_driving_terms, n_nodes)
     real(rk), allocatable :: loaded_opening(:, :)
     real(rk), allocatable :: prescribed_opening(:, :)
+    !> [force*length per square unit of theta] U'K U of the displacements U under loads, and of those under prescribed displacements,
+    !> at the nodes; shape (n_driving_terms**2, n_nodes)
+    real(rk), allocatable :: loaded_energy(:, :)
+    real(rk), allocatable :: prescribed_energy(:, :)
     !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)
     integer, allocatable :: own(:)
     !> [length per unit of theta] displacements of these dofs, shape (n_own * n_driving_terms, n_nodes), and [length/force] their
@@ -56,6 +60,7 @@ module sig_body_response
     procedure :: has_bound
     procedure :: error_bound
     procedure :: field_bound
+    procedure :: driven_energy
     procedure :: stiffness_limits
     procedure :: opening_of_row
     procedure :: displacement_of
@@ -195,6 +200,33 @@ contains
     bound = self%bound%evaluate_field(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
       self%is_thin, bound_coefficients(self, theta, forces))
   end function field_bound
+
+  !> Returns the part of |u|_K^2 [force*length] of the body that depends on the driving terms. With s of sig_body_response, the
+  !> displacements U_F under loads and U_D under prescribed displacements at s = 1, and H of the contact forces z,
+  !>
+  !>     |u|_K^2 = theta' (U_F'K U_F / s + s U_D'K U_D) theta - 2 z' H'K U_F theta / s + z'C z / s,
+  !>
+  !> because K U_D is zero where forces act. -H'K U_F is loaded_opening, and the last part is the share of the body in z'W z.
+  real(rk) function driven_energy(self, theta, forces) result(energy)
+    class(body_response_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk) :: opening(size(forces)), products(nint(sqrt(real(size(self%loaded_energy, 1), rk))))
+    real(rk) :: responses(size(self%loaded_opening, 1)), squares(size(self%loaded_energy, 1)), weights(self%nodes%n_nodes())
+
+    opening = 0
+    products = 0
+    associate (s => self%modulus_ratio(theta), leading => theta(:size(products)))
+      call self%weights_at(theta, weights)
+      call multiply(1 / s, self%loaded_energy, weights, 0.0_rk, squares)
+      call multiply(s, self%prescribed_energy, weights, 1.0_rk, squares)
+      call add_columns(size(products), squares, leading, products)
+      call multiply(1 / s, self%loaded_opening, weights, 0.0_rk, responses)
+      call add_columns(size(forces), responses, leading, opening)
+      energy = dot_product(leading, products) + 2 * dot_product(forces, opening)
+    end associate
+  end function driven_energy
 
   !> Returns the coefficients x of sig_interpolation_bound at a point.
   function bound_coefficients(self, theta, forces) result(coefficients)
@@ -344,6 +376,8 @@ contains
       if (.not. is_matrix(self%compliance, n**2, n_nodes)) name = 'compliance'
       if (n_driving > n_terms .or. .not. is_matrix(self%loaded_opening, n * n_driving, n_nodes)) name = 'loaded_opening'
       if (.not. is_matrix(self%prescribed_opening, n * n_driving, n_nodes)) name = 'prescribed_opening'
+      if (.not. is_matrix(self%loaded_energy, n_driving**2, n_nodes)) name = 'loaded_energy'
+      if (.not. is_matrix(self%prescribed_energy, n_driving**2, n_nodes)) name = 'prescribed_energy'
       if (.not. (are_indices(self%own, n_exact) .and. is_ascending(self%own))) name = 'own'
       if (.not. is_matrix(self%loaded_field, n_own * n_driving, n_nodes)) name = 'loaded_field'
       if (.not. is_matrix(self%prescribed_field, n_own * n_driving, n_nodes)) name = 'prescribed_field'
@@ -383,6 +417,10 @@ contains
     call file%write(group // '/loaded_opening', self%loaded_opening, length, 'opening of each contact under loads, term by term')
     call file%write(group // '/prescribed_opening', self%prescribed_opening, length, &
       'opening of each contact under prescribed displacements, term by term')
+    call file%write(group // '/loaded_energy', self%loaded_energy, force // '*' // length, &
+      'products of the displacements under loads in the norm of the stiffness, term by term')
+    call file%write(group // '/prescribed_energy', self%prescribed_energy, force // '*' // length, &
+      'products of the displacements under prescribed displacements in the norm of the stiffness, term by term')
     call file%write(group // '/own', self%own, description='exact dofs of the body: their numbers (1-based) among the exact ' // &
       'dofs of the model')
     call file%write(group // '/loaded_field', self%loaded_field, length, 'displacement of these dofs under loads, term by term')
@@ -414,6 +452,8 @@ contains
     call file%read(group // '/compliance', self%compliance, error)
     call file%read(group // '/loaded_opening', self%loaded_opening, error)
     call file%read(group // '/prescribed_opening', self%prescribed_opening, error)
+    call file%read(group // '/loaded_energy', self%loaded_energy, error)
+    call file%read(group // '/prescribed_energy', self%prescribed_energy, error)
     call file%read(group // '/own', self%own, error)
     call file%read(group // '/loaded_field', self%loaded_field, error)
     call file%read(group // '/prescribed_field', self%prescribed_field, error)

@@ -7,18 +7,19 @@
 !> By modes: H z is nearly Phi a with a = A z, where Phi = H S are orthonormal in the norm of K and A = S'C. This is the projection
 !> of H z, so that the error is known: |H z - Phi a|_K^2 = z'C z - |a|^2.
 !>
-!> Compressed: H is kept in blocks of single precision (sig_compressed_matrix). Of each group J of columns, training knows the
-!> largest error e_J relative to |H_J z_J|_K, so that the error is at most sum_J e_J sqrt(z_J' C_JJ z_J).
+!> Compressed: H is kept in blocks of single precision (sig_compressed_matrix). With the errors E of its columns the error is known,
+!> too: |E z|_K^2 = z'(E'K E) z, and training computes E'K E.
 module sig_contact_field
-  use sig_compressed_matrix, only: compressed_matrix_t, last_column
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_compressed_matrix, only: compressed_matrix_t
   use sig_description_line, only: modes_text
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
-  use sig_kinds, only: rk
+  use sig_kinds, only: rk, sk
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
-  use sig_shape_checks, only: is_ascending, is_matrix
+  use sig_shape_checks, only: is_matrix
   use sig_text, only: short_number
   implicit none(type, external)
   private
@@ -33,10 +34,9 @@ module sig_contact_field
     real(rk), allocatable :: coordinates(:, :)
     !> [length/force] H, shape (n_dofs, n_multipliers); without the columns of anchors, which have no blocks
     type(compressed_matrix_t) :: responses
-    !> last ordered column of each group of columns, ascending; shape (n_groups)
-    integer, allocatable :: group_ends(:)
-    !> [-] e_J of each group, shape (n_groups)
-    real(rk), allocatable :: group_errors(:)
+    !> [length/force] E'K E, its lower triangle column by column with zeros at anchors, shape (n_multipliers * (n_multipliers + 1) /
+    !> 2); without compressed responses of size 0
+    real(sk), allocatable :: errors(:)
   contains
     procedure :: complete
     procedure :: mismatch
@@ -62,8 +62,7 @@ contains
     call fill_missing(self%modes, n_dofs)
     if (.not. allocated(self%coordinates)) allocate (self%coordinates(0, n_multipliers))
     call self%responses%complete()
-    call fill_missing(self%group_ends)
-    call fill_missing(self%group_errors)
+    if (.not. allocated(self%errors)) allocate (self%errors(0))
   end subroutine complete
 
   !> Returns the name of an array whose shape or values do not fit; empty when all fit. Requires: complete.
@@ -79,20 +78,9 @@ contains
     if (.not. is_matrix(self%modes, n_dofs, size(self%coordinates, 1))) name = 'modes'
     if (.not. is_matrix(self%coordinates, size(self%modes, 2), n_multipliers)) name = 'coordinates'
     if (.not. self%responses%fits(n_dofs, n_multipliers)) name = 'responses'
-    if (.not. are_groups(self, n_multipliers)) name = 'group_ends'
-    if (size(self%group_errors) /= size(self%group_ends) .or. .not. all(self%group_errors >= 0)) name = 'group_errors'
+    if (size(self%errors) /= merge(0, n_multipliers * (n_multipliers + 1) / 2, self%responses%is_empty()) .or. &
+        .not. all(ieee_is_finite(self%errors))) name = 'errors'
   end function mismatch
-
-  !> Whether the groups are intervals of columns.
-  pure logical function are_groups(self, n_multipliers)
-    class(contact_field_t), intent(in) :: self
-    integer, intent(in) :: n_multipliers
-
-    are_groups = all(self%group_ends >= 1 .and. self%group_ends <= n_multipliers) .and. is_ascending(self%group_ends)
-    if (self%responses%is_empty()) are_groups = size(self%group_ends) == 0
-    if (size(self%responses%blocks, 2) > 0 .and. are_groups) &
-      are_groups = maxval(self%responses%blocks(last_column, :)) <= maxval([0, self%group_ends])
-  end function are_groups
 
   !> Whether there are modes or compressed responses. Requires: complete.
   pure logical function is_there(self)
@@ -145,50 +133,48 @@ contains
     motion = self%motions(dof, :)
   end function motion_of_dof
 
-  !> Returns a bound [sqrt(force*length)] of the error of H z in the norm of K; 0 if there are neither modes nor responses. By modes
-  !> it is the error itself, but at least 1e-8 of the size of H z: below this it would be lost in rounding.
-  pure real(rk) function error_of(self, compliance, unknowns, energy) result(error)
+  !> Returns the error [sqrt(force*length)] of H z in the norm of K; 0 if there are neither modes nor responses. It is at least 1e-8
+  !> of the size of H z: below this it would be lost in rounding.
+  pure real(rk) function error_of(self, unknowns, energy) result(error)
     class(contact_field_t), intent(in) :: self
-    !> [length/force] C in the rows and columns that are not anchors, shape (n_multipliers, n_multipliers)
-    real(rk), intent(in) :: compliance(:, :)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
     !> [force*length] z'C z without the anchors
     real(rk), intent(in) :: energy
     real(rk) :: place(size(self%modes, 2))
-    integer :: i, first
+    integer :: i
 
     error = 0
-    if (size(self%modes, 2) > 0) then
+    if (.not. self%is_there()) return
+    if (self%responses%is_empty()) then
       place = 0
       do i = 1, size(unknowns)
         if (abs(unknowns(i)) > 0) place = place + self%coordinates(:, i) * unknowns(i)
       end do
-      error = sqrt(max(energy - sum(place**2), epsilon(energy) * energy, 0.0_rk))
+      error = energy - sum(place**2)
+    else
+      error = energy_of_error(self%errors, unknowns)
     end if
-    first = 1
-    do i = 1, size(self%group_ends)
-      associate (rows => self%responses%column_order(first:self%group_ends(i)))
-        if (any(abs(unknowns(rows)) > 0)) error = error + self%group_errors(i) * size_of_group(compliance, rows, unknowns)
-      end associate
-      first = self%group_ends(i) + 1
-    end do
+    error = sqrt(max(error, epsilon(energy) * energy, 0.0_rk))
   end function error_of
 
-  !> Returns sqrt(z_J' C_JJ z_J) [sqrt(force*length)] of some rows J.
-  pure real(rk) function size_of_group(compliance, rows, unknowns) result(size_of)
-    real(rk), intent(in) :: compliance(:, :)
-    integer, intent(in) :: rows(:)
+  !> Returns z'(E'K E) z [force*length].
+  pure real(rk) function energy_of_error(triangle, unknowns) result(energy)
+    !> lower triangle of E'K E
+    real(sk), intent(in) :: triangle(:)
+    !> z
     real(rk), intent(in) :: unknowns(:)
-    real(rk) :: energy
-    integer :: i
+    integer :: at, i, n
 
     energy = 0
-    do i = 1, size(rows)
-      if (abs(unknowns(rows(i))) > 0) energy = energy + unknowns(rows(i)) * sum(compliance(rows, rows(i)) * unknowns(rows))
+    at = 0
+    n = size(unknowns)
+    do i = 1, n
+      if (abs(unknowns(i)) > 0) energy = energy + unknowns(i) * &
+        (triangle(at + 1) * unknowns(i) + 2 * sum(triangle(at + 2:at + n - i + 1) * unknowns(i + 1:)))
+      at = at + n - i + 1
     end do
-    size_of = sqrt(max(0.0_rk, energy))
-  end function size_of_group
+  end function energy_of_error
 
   !> Returns how the displacements are kept, for descriptions; empty if there are neither modes nor responses.
   pure function describe(self) result(text)
@@ -226,9 +212,8 @@ contains
       'first and last ordered row and column (1-based) and rank of each block of the compressed responses, a block per row')
     call file%write(group // '/values', self%responses%values, length // '/(' // force // ')', 'blocks one after the other, ' // &
       'column by column: the block if its rank is 0, else its left and right factor')
-    call file%write(group // '/group_ends', self%group_ends, description='last ordered column of each group of columns, 1-based')
-    call file%write(group // '/group_errors', self%group_errors, '1', &
-      'largest error of each group in the norm of the stiffness, relative to its displacements')
+    call file%write(group // '/errors', self%errors, length // '/(' // force // ')', 'products of the errors of two columns of ' // &
+      'the compressed responses in the norm of the stiffness: the lower triangle, column by column')
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
@@ -245,7 +230,6 @@ contains
     call file%read(group // '/column_order', self%responses%column_order, error)
     call file%read(group // '/blocks', self%responses%blocks, error)
     call file%read(group // '/values', self%responses%values, error)
-    call file%read(group // '/group_ends', self%group_ends, error)
-    call file%read(group // '/group_errors', self%group_errors, error)
+    call file%read(group // '/errors', self%errors, error)
   end subroutine read
 end module sig_contact_field

@@ -43,7 +43,7 @@ module sig_interpolated_data
     real(rk), allocatable :: mode_motions(:, :)
     !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the displacement bound does not need it
     real(rk), allocatable :: middle_compliance(:, :)
-    !> [sqrt(force*length)] largest |u|_K in training, from the modes
+    !> [sqrt(force*length)] largest |u|_K in training; 0 without displacements
     real(rk) :: largest_field = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
@@ -63,6 +63,7 @@ module sig_interpolated_data
     procedure :: has_bound
     procedure :: bound
     procedure :: field_bound
+    procedure :: size_of_field
     procedure :: displacement_of
     procedure :: moves
     procedure :: n_rows
@@ -236,6 +237,28 @@ contains
     end do
     field_bound = norm2(bounds)
   end function field_bound
+
+  !> Returns the size |u|_K [sqrt(force*length)] of the displacement in the norm of the stiffness (driven_energy); rigid motions do
+  !> not count.
+  real(rk) function size_of_field(self, theta, unknowns, energy) result(size_of)
+    class(interpolated_data_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [force*length] z'W z without the anchors
+    real(rk), intent(in) :: energy
+    real(rk) :: forces(size(unknowns))
+    integer :: i
+
+    forces = unknowns
+    forces(self%anchors) = 0
+    size_of = energy
+    do i = 1, size(self%bodies)
+      size_of = size_of + self%bodies(i)%driven_energy(theta, forces)
+    end do
+    size_of = sqrt(max(0.0_rk, size_of))
+  end function size_of_field
 
   !> Overwrites the rows and columns of the anchors in W (compliance) and q (opening): the unknown of an anchor becomes its opening
   !> over `scale`, and its complementary value becomes its force times `scale`. q of an anchor is 0 if it is at most 1e-12 of the

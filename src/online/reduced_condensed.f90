@@ -296,7 +296,7 @@ contains
     energy = max(0.0_rk, dot_product(answer%unknowns, room%opening - room%free_opening))
     size_of_field = comparable_size(self%size_of_field(answer%theta, answer%unknowns, energy), self%largest_field)
     call answer%take_displacement_bound(answer%bound + rounding * size_of_field + &
-      self%field%error_of(self%compliance, answer%unknowns, energy), size_of_field)
+      self%field%error_of(answer%unknowns, energy), size_of_field)
   end subroutine certify_displacement
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if

@@ -222,8 +222,7 @@ contains
   !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
   !> was solved except for rounding. For own forces the displacement is bounded, too: with u(lambda_r), the
   !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, where the last term equals the
-  !> error of the forces, |lambda_r - lambda|_W. Without modes the first term is the error of the interpolation (field_bound), and
-  !> the bound is relative to the size of the forces. Forces that another part found get no bound if there are anchors. Arguments:
+  !> error of the forces, |lambda_r - lambda|_W. Without modes the first term is the error of the interpolation (field_bound). Forces that another part found get no bound if there are anchors. Arguments:
   !> no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
@@ -241,8 +240,11 @@ contains
     bound = self%bound(answer%theta, answer%unknowns) + self%rounding() * size_of_answer
     call answer%take_bound(bound, size_of_answer)
     if (.not. self%has_modes()) then
-      if (self%has_displacement()) call answer%take_displacement_bound(bound + self%field_bound(answer%theta, answer%unknowns) + &
-        self%rounding() * size_of_answer, size_of_answer)
+      if (.not. self%has_displacement()) return
+      bound = bound + self%field_bound(answer%theta, answer%unknowns)
+      size_of_answer = comparable_size(self%size_of_field(answer%theta, answer%unknowns, &
+        self%size_in_energy(room, multipliers)**2), self%largest_field)
+      call answer%take_displacement_bound(bound + self%rounding() * size_of_answer, size_of_answer)
       return
     end if
     select type (room)

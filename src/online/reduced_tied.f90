@@ -173,7 +173,7 @@ contains
       if (self%has_modes()) square = energy + dot_product(theta, matmul(cluster%free_energy, theta)) - &
         2 * dot_product(forces, matmul(cluster%shared_energy, theta))
       associate (size_of_field => comparable_size(sqrt(max(square, 0.0_rk)), self%largest_field))
-        call answer%take_displacement_bound(cluster%modes%error_of(compliance, forces, energy) + rounding * size_of_field, &
+        call answer%take_displacement_bound(cluster%modes%error_of(forces, energy) + rounding * size_of_field, &
           size_of_field)
       end associate
     end associate

@@ -14,7 +14,7 @@
 !> [C, N; -N', 0], and the complementary values of w_T are the forces of the anchors, Z_T' F - N' lambda. Openings of anchors and
 !> their forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
-  use sig_contact_responses, only: anchor_forces, close_rows, columns_at_once, solve_columns, solve_forces
+  use sig_contact_responses, only: anchor_forces, close_rows, columns_at_once, measure_work, solve_columns, solve_forces
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
@@ -25,9 +25,10 @@ module sig_condensed
   use sig_linear_algebra, only: add_product, transposed_product
   use sig_linear_solver, only: linear_solver_t
   use sig_memory, only: machine_memory
-  use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
+  use sig_petsc_support, only: max_over_ranks, multiply_block, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
+  use sig_state_broadcast, only: broadcast_state
   use petsc
   implicit none(type, external)
   private
@@ -72,7 +73,7 @@ module sig_condensed
 
   !> [flop] about half a second
   real(rk), parameter :: work_at_once = 1.0e10_rk
-  integer, parameter :: most_points_at_once = 64
+  integer, parameter :: fewest_points_at_once = 4, most_points_at_once = 64
   !> [s] progress is told only if the responses to contact forces take longer
   real(rk), parameter :: seconds_of_silence = 3
   !> [-] the work of the loads on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then
@@ -106,9 +107,27 @@ contains
     PetscCall(solve_compliance(self, system, ierr))
     PetscCall(measure_energies(self, system, free_closing, ierr))
     call close_anchors(self, system)
-    ! W is symmetric but for rounding
-    if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
+    call remove_rounding(self%compliance, self%anchors%rows)
   end subroutine create
+
+  !> Makes C, which is W without the anchors and symmetric but for rounding, exactly symmetric.
+  pure subroutine remove_rounding(compliance, anchors)
+    real(rk), intent(inout) :: compliance(:, :)
+    integer, intent(in) :: anchors(:)
+    logical :: is_anchor(size(compliance, 1))
+    integer :: i, j
+
+    is_anchor = .false.
+    is_anchor(anchors) = .true.
+    do j = 1, size(compliance, 2)
+      if (is_anchor(j)) cycle
+      do i = j + 1, size(compliance, 1)
+        if (is_anchor(i)) cycle
+        compliance(i, j) = (compliance(i, j) + compliance(j, i)) / 2
+        compliance(j, i) = compliance(i, j)
+      end do
+    end do
+  end subroutine remove_rounding
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
   subroutine make_room(self, system, ierr)
@@ -157,14 +176,9 @@ contains
     real(rk), intent(in) :: free_closing(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: lifted(:, :)
-    integer :: first, last, n
+    integer :: n
 
-    n = size(self%free_response, 2)
-    allocate (self%free_energy(n, n))
-    do first = 1, n, columns_at_once
-      last = min(first + columns_at_once - 1, n)
-      PetscCall(work_of_terms(self, system, first, last, self%free_energy(:, first:last), ierr))
-    end do
+    PetscCall(measure_work(system, self%free_response, self%free_energy, ierr))
     self%shared_energy = free_closing
     n = size(system%boundary%prescribed_values, 2)
     PetscCall(close_rows(system, self%lifting(:, :n), lifted, ierr))
@@ -175,32 +189,6 @@ contains
       self%shared_energy(rows, :) = 0
     end associate
   end subroutine measure_energies
-
-  !> Computes some columns of G'K G. Most rows of K G are zero where loads act on surfaces; they are left out, as K G is zero there
-  !> but for rounding. Collective.
-  subroutine work_of_terms(self, system, first, last, work, ierr)
-    class(condensed_t), intent(in) :: self
-    type(contact_system_t), intent(in) :: system
-    !> first and last term, 1-based
-    integer, intent(in) :: first
-    integer, intent(in) :: last
-    !> [force*length] shape (n_driving_terms, last - first + 1)
-    real(rk), intent(out) :: work(:, :)
-    PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: forces(:, :), products(:, :)
-    real(rk) :: largest
-    integer, allocatable :: rows(:)
-    integer :: i
-
-    allocate (forces(size(self%free_response, 1), last - first + 1))
-    PetscCall(multiply_block(system%stiffness, self%free_response(:, first:last), forces, ierr))
-    largest = maxval([0.0_rk, abs(forces)])
-    PetscCall(max_over_ranks(system%comm, largest, ierr))
-    rows = pack([(i, i=1, size(forces, 1))], [(any(abs(forces(i, :)) > rounding * largest), i=1, size(forces, 1))])
-    products = transposed_product(self%free_response(rows, :), forces(rows, :))
-    PetscCall(sum_over_ranks(system%comm, products, ierr))
-    work = products
-  end subroutine work_of_terms
 
   !> Moves the bodies in G and H until the anchors are closed, and makes the openings of the anchors unknowns in place of their
   !> forces. Changes G, H if it is kept, W and D - B G, and sets the scale. Without anchors nothing changes. Local.
@@ -334,7 +322,8 @@ contains
     state = states(1)
   end subroutine solve
 
-  !> Returns the number of points whose displacements are computed as one product: about half a second of work, from 1 to 64.
+  !> Returns the number of points that are solved together: about half a second of work, from 4 to 64. Ranks share the dense problems,
+  !> and several displacements take hardly longer than one.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(condensed_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -343,7 +332,7 @@ contains
     associate (n_rows => real(system%rows%n_rows, rk))
       work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_driving_terms) + n_rows**3
     end associate
-    n_points = nint(max(1.0_rk, min(real(most_points_at_once, rk), work_at_once / work)))
+    n_points = nint(max(real(fewest_points_at_once, rk), min(real(most_points_at_once, rk), work_at_once / work)))
   end function n_points_at_once
 
   !> Solves the dense complementarity problem of each point, then computes all displacements together. A point for which no
@@ -363,7 +352,7 @@ contains
 
     allocate (unknowns(system%rows%n_rows, size(states)), local(system%map%n_local_dofs, size(states)), source=0.0_rk)
     if (self%reason == reason_converged) then
-      call solve_multipliers(self, theta, states, unknowns)
+      PetscCall(solve_multipliers(self, system, theta, states, unknowns, ierr))
       PetscCall(self%respond(system, -unknowns, local, ierr))
       call add_product(1.0_rk, self%free_response, theta(:size(self%free_response, 2), :), local)
     else
@@ -376,43 +365,69 @@ contains
     PetscCall(share_displacements(system, local, states, ierr))
   end subroutine solve_points
 
-  !> Solves the dense problem of each point. Each one starts from the active set of the last point that was solved. Before there is
-  !> one, the start is the pairs that overlap at the first point without contact forces, or, if there are anchors, all pairs. Local.
-  subroutine solve_multipliers(self, theta, states, unknowns)
+  !> Solves the dense problem of each point; each rank solves some of the points. Collective, with the same result on each rank.
+  subroutine solve_multipliers(self, system, theta, states, unknowns, ierr)
     type(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
     !> [-] values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
     !> get reason, n_iterations, multipliers and is_active
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] multipliers, and scaled openings of the anchors; shape (n_rows, n_points)
     real(rk), intent(out) :: unknowns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: i, n_ranks, rank
+
+    PetscCall(rank_and_size(system%comm, rank, n_ranks, ierr))
+    associate (own => [(i, i=rank + 1, size(states), n_ranks)])
+      unknowns = 0
+      call solve_in_turn(self, theta, own, states, unknowns)
+    end associate
+    PetscCall(sum_over_ranks(system%comm, unknowns, ierr))
+    do i = 1, size(states)
+      PetscCall(broadcast_state(states(i), modulo(i - 1, n_ranks), system%comm, ierr))
+    end do
+  end subroutine solve_multipliers
+
+  !> Solves the dense problem of some points. Each one starts from the active set of the last point that was solved. Before there is
+  !> one, the start is the pairs that overlap at this point without contact forces, or, if there are anchors, all pairs. Local.
+  subroutine solve_in_turn(self, theta, points, states, unknowns)
+    type(condensed_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:, :)
+    !> which points, 1-based
+    integer, intent(in) :: points(:)
+    type(contact_state_t), intent(inout) :: states(:)
+    real(rk), intent(inout) :: unknowns(:, :)
     type(lcp_solution_t) :: solution
     type(lcp_workspace_t) :: workspace
-    real(rk) :: openings(size(unknowns, 1), size(states))
+    real(rk) :: openings(size(unknowns, 1), size(points))
     logical :: start(size(unknowns, 1))
     integer :: i
 
+    if (size(points) == 0) return
     openings = 0
-    call add_product(1.0_rk, self%free_opening, theta, openings)
+    call add_product(1.0_rk, self%free_opening, theta(:, points), openings)
     start = openings(:, 1) < 0
     if (size(self%anchors%rows) > 0) then
       ! all pairs closed: that holds the bodies
       start = .true.
       start(self%anchors%rows) = .false.
-      call balance_anchors(self, theta, openings)
+      call balance_anchors(self, theta(:, points), openings)
     end if
-    do i = 1, size(states)
-      call solve_lcp(self%compliance, openings(:, i), start, solution, workspace)
-      states(i)%reason = merge(reason_converged, reason_no_complementary_solution, solution%reason > 0)
-      states(i)%n_iterations = solution%n_iterations
-      states(i)%multipliers = solution%lambda
-      states(i)%is_active = solution%is_active
-      unknowns(:, i) = solution%lambda
-      if (size(self%anchors%rows) > 0) call load_anchors(self, openings(:, i), solution, states(i))
-      ! neighbors in a sweep have nearly the same contact
-      if (solution%reason > 0) start = solution%is_active
+    do i = 1, size(points)
+      associate (state => states(points(i)))
+        call solve_lcp(self%compliance, openings(:, i), start, solution, workspace)
+        state%reason = merge(reason_converged, reason_no_complementary_solution, solution%reason > 0)
+        state%n_iterations = solution%n_iterations
+        state%multipliers = solution%lambda
+        state%is_active = solution%is_active
+        unknowns(:, points(i)) = solution%lambda
+        if (size(self%anchors%rows) > 0) call load_anchors(self, openings(:, i), solution, state)
+        ! neighbors in a sweep have nearly the same contact
+        if (solution%reason > 0) start = solution%is_active
+      end associate
     end do
-  end subroutine solve_multipliers
+  end subroutine solve_in_turn
 
   !> Sets the scaled force of an anchor in `openings` to zero at each point where it is only rounding beside the sizes of its parts,
   !> one per term: there the loads are in equilibrium.

@@ -9,14 +9,14 @@ module sig_contact_responses
   use sig_free_response, only: factor_without_contact, held_dofs, respond, solve_free_response, solve_lifting
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: unit_vector
+  use sig_linear_algebra, only: transposed_product, unit_vector
   use sig_linear_solver, only: linear_solver_t
-  use sig_petsc_support, only: sum_over_ranks
+  use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use sig_reasons, only: reason_converged
   use petsc
   implicit none(type, external)
   private
-  public :: anchor_forces, close_rows, columns_at_once, solve_columns, solve_forces, solve_responses
+  public :: anchor_forces, close_rows, columns_at_once, measure_work, solve_columns, solve_forces, solve_responses
 
   !> number of columns of H that are computed together: with more of them, solves are hardly faster and take more memory
   integer, parameter :: columns_at_once = 64
@@ -189,4 +189,40 @@ contains
       PetscCall(sum_over_ranks(system%comm, closing(:, i_column), ierr))
     end do
   end subroutine close_rows
+
+  !> Computes U'K U [force*length per square unit of the columns] of displacements U. Where loads act on surfaces, most rows of K U are
+  !> zero but for rounding; they are left out. Collective.
+  subroutine measure_work(system, columns, work, ierr, is_counted)
+    type(contact_system_t), intent(in) :: system
+    !> U, rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), contiguous, intent(in) :: columns(:, :)
+    !> shape (n_columns, n_columns)
+    real(rk), allocatable, intent(out) :: work(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    !> whether a dof counts, natural, shape (n_dofs); default: all count
+    logical, intent(in), optional :: is_counted(:)
+    real(rk), allocatable :: forces(:, :), products(:, :)
+    real(rk) :: largest
+    integer, allocatable :: rows(:)
+    logical :: is_there(size(columns, 1))
+    integer :: first, i, last
+
+    ierr = 0
+    is_there = .true.
+    if (present(is_counted)) is_there = is_counted(system%map%local_dofs)
+    allocate (work(size(columns, 2), size(columns, 2)))
+    do first = 1, size(work, 2), columns_at_once
+      last = min(first + columns_at_once - 1, size(work, 2))
+      allocate (forces(size(columns, 1), last - first + 1))
+      PetscCall(multiply_block(system%stiffness, columns(:, first:last), forces, ierr))
+      largest = maxval([0.0_rk, abs(forces)])
+      PetscCall(max_over_ranks(system%comm, largest, ierr))
+      rows = pack([(i, i=1, size(forces, 1))], &
+        [(is_there(i) .and. any(abs(forces(i, :)) > rounding * largest), i=1, size(forces, 1))])
+      products = transposed_product(columns(rows, :), forces(rows, :))
+      PetscCall(sum_over_ranks(system%comm, products, ierr))
+      work(:, first:last) = products
+      deallocate (forces)
+    end do
+  end subroutine measure_work
 end module sig_contact_responses

@@ -63,7 +63,7 @@ class Block:
 
 @pytest.mark.parametrize("case", ["wanders", "stays"])
 def test_error_is_known(signorom, post, tmp_path, case):
-    """At 60 other points; by modes the error is known exactly, of compressed responses there is a bound."""
+    """At 60 other points the model tells the true error."""
     reduction = f"{NO_ROOM}, displacement_tolerance: {TOLERANCES[case]}"
     said, folder = train(signorom, tmp_path / "some", PLACES[case], reduction)
     exact = train(signorom, tmp_path / "exact", PLACES[case], "")[1]
@@ -82,8 +82,7 @@ def test_error_is_known(signorom, post, tmp_path, case):
     assert np.all(true <= told * (1 + 1e-6))
     assert np.percentile(told, 95) <= TOLERANCES[case]
     assert true.max() > 1e-7, "the case tests something"
-    if case == "stays":
-        np.testing.assert_allclose(told[true > 1e-7], true[true > 1e-7], rtol=1e-3)
+    np.testing.assert_allclose(told[true > 1e-6], true[true > 1e-6], rtol=1e-3)
 
 
 def test_ranks_and_validation_agree(signorom, tmp_path, post):

@@ -4,12 +4,11 @@
 module sig_block_compression
   use sig_compressed_matrix, only: block_entries, block_rank, compressed_matrix_t, first_column, first_row, last_column, last_row
   use sig_kinds, only: rk, sk
-  use sig_linear_algebra, only: add_product
+  use sig_linear_algebra, only: add_product, transposed_product
   use sig_point_tree, only: point_tree_t
-  use sig_singular_values, only: svd
   implicit none(type, external)
   private
-  public :: append_columns, compress_columns, piece_t
+  public :: blocks_of, compress_columns, piece_t
 
   !> The columns on the rows of one interval of the tree, nearly left * right.
   type :: piece_t
@@ -49,32 +48,20 @@ contains
     end do
   end subroutine compress_columns
 
-  !> Factors a leaf by columns of largest remainder; it is a full block where this needs as many numbers.
+  !> Makes a leaf one product; it is a full block where this needs as many numbers.
   subroutine compress_leaf(block, tolerance, piece)
-    real(rk), intent(in) :: block(:, :)
+    real(rk), contiguous, intent(in) :: block(:, :)
     real(rk), intent(in) :: tolerance
     type(piece_t), intent(out) :: piece
-    real(rk) :: rest(size(block, 1), size(block, 2)), basis(size(block, 1), minval(shape(block)))
-    integer :: most, n, next
 
-    rest = block
-    n = 0
-    most = size(block) / sum(shape(block))
-    do while (sum(rest**2) > tolerance**2)
-      n = n + 1
-      if (n > most) exit
-      next = maxloc(sum(rest**2, dim=1), dim=1)
-      basis(:, n) = rest(:, next) / norm2(rest(:, next))
-      rest = rest - spread(basis(:, n), 2, size(rest, 2)) * spread(matmul(basis(:, n), rest), 1, size(rest, 1))
-    end do
-    if (n > most) then
+    call find_basis(block, tolerance, size(block) / sum(shape(block)), piece%left)
+    if (allocated(piece%left)) then
+      piece%form = as_product
+      piece%right = transposed_product(piece%left, block)
+      piece%n_numbers = size(piece%left, 2) * sum(shape(block))
+    else
       piece%form = as_full_block
       piece%n_numbers = size(block)
-    else
-      piece%form = as_product
-      piece%left = basis(:, :n)
-      piece%right = matmul(transpose(piece%left), block)
-      piece%n_numbers = n * sum(shape(block))
     end if
   end subroutine compress_leaf
 
@@ -85,8 +72,8 @@ contains
     real(rk), intent(in) :: tolerance
     integer, intent(in) :: n_columns
     type(piece_t), intent(out) :: piece
-    real(rk), allocatable :: both(:, :), u(:, :), s(:), vt(:, :)
-    integer :: i, n, n_first, n_rows(2)
+    real(rk), allocatable :: basis(:, :), both(:, :)
+    integer :: n_first, n_rows(2)
 
     piece%form = as_children
     piece%n_numbers = first%n_numbers + second%n_numbers
@@ -96,28 +83,49 @@ contains
     allocate (both(n_first + size(second%left, 2), n_columns))
     both(:n_first, :) = first%right
     both(n_first + 1:, :) = second%right
-    call svd(both, u, s, vt)
-    n = size(s)
-    do while (n > 0)
-      if (.not. sum(s(n:)**2) <= tolerance**2) exit
-      n = n - 1
-    end do
-    if (n * (sum(n_rows) + n_columns) >= piece%n_numbers) return
+    call find_basis(both, tolerance, max(0, piece%n_numbers - 1) / (sum(n_rows) + n_columns), basis)
+    if (.not. allocated(basis)) return
     piece%form = as_product
-    piece%n_numbers = n * (sum(n_rows) + n_columns)
-    allocate (piece%left(sum(n_rows), n), source=0.0_rk)
-    call add_product(1.0_rk, first%left, u(:n_first, :n), piece%left(:n_rows(1), :))
-    call add_product(1.0_rk, second%left, u(n_first + 1:, :n), piece%left(n_rows(1) + 1:, :))
-    piece%right = vt(:n, :)
-    do i = 1, n
-      piece%right(i, :) = s(i) * vt(i, :)
-    end do
+    piece%n_numbers = size(basis, 2) * (sum(n_rows) + n_columns)
+    allocate (piece%left(sum(n_rows), size(basis, 2)), source=0.0_rk)
+    call add_product(1.0_rk, first%left, basis(:n_first, :), piece%left(:n_rows(1), :))
+    call add_product(1.0_rk, second%left, basis(n_first + 1:, :), piece%left(n_rows(1) + 1:, :))
+    piece%right = transposed_product(basis, both)
     deallocate (first%left, first%right, second%left, second%right)
   end subroutine join
 
-  !> Appends the pieces of a group of columns to a compressed matrix, as its next ordered columns. The pieces are those of the
-  !> columns divided by row_scale from the left and by column_scale from the right; both are undone here.
-  subroutine append_columns(tree, pieces, columns, row_scale, column_scale, matrix)
+  !> Finds orthonormal columns so that the sum of squares of the block without its projection on them is at most tolerance**2: each
+  !> is the largest column of what is left (Gram-Schmidt with pivoting). The basis is not allocated if it needs more than `most`
+  !> columns.
+  subroutine find_basis(block, tolerance, most, basis)
+    real(rk), intent(in) :: block(:, :)
+    real(rk), intent(in) :: tolerance
+    integer, intent(in) :: most
+    !> shape (n_rows, rank)
+    real(rk), allocatable, intent(out) :: basis(:, :)
+    real(rk) :: found(size(block, 1), min(most, minval(shape(block)))), rest(size(block, 1), size(block, 2))
+    real(rk) :: squares(size(block, 2))
+    integer :: i, n
+
+    rest = block
+    squares = sum(rest**2, dim=1)
+    n = 0
+    do while (sum(squares) > tolerance**2)
+      if (n == size(found, 2)) return
+      n = n + 1
+      i = maxloc(squares, dim=1)
+      found(:, n) = rest(:, i) / norm2(rest(:, i))
+      do i = 1, size(rest, 2)
+        rest(:, i) = rest(:, i) - dot_product(found(:, n), rest(:, i)) * found(:, n)
+        squares(i) = sum(rest(:, i)**2)
+      end do
+    end do
+    basis = found(:, :n)
+  end subroutine find_basis
+
+  !> Returns the blocks of the columns, which are its columns 1, 2, ... Requires: the pieces are those of the columns divided by
+  !> row_scale from the left and by column_scale from the right; both are undone here.
+  function blocks_of(tree, pieces, columns, row_scale, column_scale) result(matrix)
     type(point_tree_t), intent(in) :: tree
     !> of compress_columns
     type(piece_t), intent(in) :: pieces(:)
@@ -127,21 +135,19 @@ contains
     real(rk), intent(in) :: row_scale(:)
     !> columns = row_scale * (left * right) * column_scale, shape (n_columns, n_columns)
     real(rk), intent(in) :: column_scale(:, :)
-    !> gets more blocks and values; its column_order has the columns that it has until now
-    type(compressed_matrix_t), intent(inout) :: matrix
-    real(sk), allocatable :: values(:)
-    integer, allocatable :: blocks(:, :)
-    integer :: i, n_before, n_blocks, n_values
+    !> its rows and columns are in the order of `columns`
+    type(compressed_matrix_t) :: matrix
+    integer :: i, n_blocks, n_values
 
-    n_before = size(matrix%column_order)
-    allocate (values(sum(pieces(tree%roots)%n_numbers)), blocks(block_entries, size(pieces)))
+    allocate (matrix%values(sum(pieces(tree%roots)%n_numbers)), matrix%blocks(block_entries, size(pieces)))
+    matrix%row_order = [(i, i=1, size(columns, 1))]
+    matrix%column_order = [(i, i=1, size(columns, 2))]
     n_blocks = 0
     n_values = 0
     do i = 1, size(tree%roots)
       call take_piece(tree%roots(i))
     end do
-    matrix%blocks = reshape([matrix%blocks, blocks(:, :n_blocks)], [block_entries, size(matrix%blocks, 2) + n_blocks])
-    matrix%values = [matrix%values, values]
+    matrix%blocks = matrix%blocks(:, :n_blocks)
   contains
     !> Takes the piece of an interval, or those below it.
     recursive subroutine take_piece(i)
@@ -157,8 +163,8 @@ contains
         block(first_row) = n_components * (tree%first(i) - 1) + 1
         block(last_row) = n_components * tree%last(i)
       end associate
-      block(first_column) = n_before + 1
-      block(last_column) = n_before + size(columns, 2)
+      block(first_column) = 1
+      block(last_column) = size(columns, 2)
       rank = 0
       if (pieces(i)%form == as_product) then
         rank = size(pieces(i)%left, 2)
@@ -170,14 +176,14 @@ contains
       end if
       block(block_rank) = rank
       n_blocks = n_blocks + 1
-      blocks(:, n_blocks) = block
+      matrix%blocks(:, n_blocks) = block
     end subroutine take_piece
 
     subroutine take_values(numbers)
       real(rk), intent(in) :: numbers(:, :)
 
-      values(n_values + 1:n_values + size(numbers)) = reshape(real(numbers, sk), [size(numbers)])
+      matrix%values(n_values + 1:n_values + size(numbers)) = reshape(real(numbers, sk), [size(numbers)])
       n_values = n_values + size(numbers)
     end subroutine take_values
-  end subroutine append_columns
+  end function blocks_of
 end module sig_block_compression

@@ -5,7 +5,7 @@
 module sig_body_nodes
   use sig_body_constants, only: body_constants_t, joined_body_t
   use sig_condensed_training, only: share_rows
-  use sig_contact_responses, only: close_rows, solve_responses
+  use sig_contact_responses, only: close_rows, measure_work, solve_responses
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: team_t
   use sig_holding, only: anchors_t
@@ -53,6 +53,7 @@ contains
       allocate (body%bound%residuals(0, 0), body%bound%rest(0, 0), body%bound%forces(0, 0))
       body%own = pack([(i, i=1, size(data%exact_dofs))], is_own(data%exact_dofs))
       allocate (body%compliance(n**2, 0), body%loaded_opening(n * n_driving, 0), body%prescribed_opening(n * n_driving, 0))
+      allocate (body%loaded_energy(n_driving**2, 0), body%prescribed_energy(n_driving**2, 0))
       associate (n_own => size(body%own))
         allocate (body%loaded_field(n_own * n_driving, 0), body%prescribed_field(n_own * n_driving, 0))
         allocate (body%contact_field(n_own * n, 0))
@@ -176,6 +177,10 @@ contains
       PetscCall(close_rows(system, responses%prescribed, values, ierr, is_own))
       call close_anchors(anchors, values)
       PetscCall(append(-values, body%prescribed_opening, ierr))
+      PetscCall(measure_work(system, responses%loaded, values, ierr, is_own))
+      PetscCall(append(values, body%loaded_energy, ierr))
+      PetscCall(measure_work(system, responses%prescribed, values, ierr, is_own))
+      PetscCall(append(values, body%prescribed_energy, ierr))
       associate (dofs => data%exact_dofs(body%own))
         PetscCall(share_rows(team, responses%loaded, size(responses%loaded, 2), dofs, values, ierr))
         PetscCall(append(values, body%loaded_field, ierr))

@@ -100,7 +100,7 @@ contains
     if (plan%has_modes) then
       PetscCall(add_contact_field(full_order, snapshots, reduced, ierr))
     else if (size(plan%exact_dofs) > 0) then
-      call measure_displacements(full_order%problem, snapshots, reduced)
+      PetscCall(measure_displacements(full_order%problem, snapshots, reduced, ierr))
     end if
     call move_alloc(reduced, part)
   end subroutine train_condensed

@@ -78,8 +78,8 @@ contains
       if (plan%has_modes .and. may_have_modes) then
         PetscCall(add_displacement_modes(problem, team, joined, snapshots, reduced, error, ierr))
         if (allocated(error)) return
-        call measure_fields(problem, snapshots, reduced)
       end if
+      if (reduced%has_displacement()) call measure_fields(problem, snapshots, reduced)
     end associate
     call log_nodes(constants, reduced, error_text(full_order%problem, snapshots, reduced))
     call move_alloc(reduced, part)

@@ -8,8 +8,8 @@
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
   use sig_interpolated_data, only: interpolated_data_t
-  use sig_interpolated_displacement, only: n_modes_of, solve_modes
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: multiply
   use sig_probe_points, only: find_probes
   use sig_problem, only: problem_t
   use sig_reduced, only: neighbors_t, reduced_t, room_t
@@ -98,22 +98,25 @@ contains
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
 
-  !> Raises data%largest_field to the largest energy norm |u_r|_K at the training points; u_r is the displacement by modes under
-  !> the full-order contact forces. Local. Requires: data%modes.
+  !> Raises data%largest_field to the largest size |u|_K of the displacement at the training points, under the full-order contact
+  !> forces. Local.
   subroutine measure_fields(problem, snapshots, data)
     type(problem_t), intent(in) :: problem
     !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
     class(interpolated_data_t), intent(inout) :: data
-    real(rk), allocatable :: forces(:, :), theta(:, :)
-    real(rk) :: coordinates(n_modes_of(data)), field_size, residual
+    real(rk), allocatable :: compliance(:, :), forces(:, :), opening(:), theta(:, :)
     integer :: i, i_bad_point, i_bad_source
 
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
     forces = snapshots%forces()
+    forces(data%anchors, :) = 0
+    allocate (compliance(size(forces, 1), size(forces, 1)), opening(size(forces, 1)))
     do i = 1, size(forces, 2)
-      call solve_modes(data, theta(:, i), forces(:, i), coordinates, residual, field_size)
-      data%largest_field = max(data%largest_field, field_size)
+      call data%evaluate(theta(:, i), compliance, opening)
+      call multiply(1.0_rk, compliance, forces(:, i), 0.0_rk, opening)
+      data%largest_field = max(data%largest_field, data%size_of_field(theta(:, i), forces(:, i), &
+        dot_product(forces(:, i), opening)))
     end do
   end subroutine measure_fields
 

@@ -104,6 +104,7 @@ contains
   !>
   !> With s = (2 + squeeze) / 2: W = diag(1, 2, 4) (1 + nu) / s, gaps without contact forces
   !> (1, 3, 2) - squeeze (4, 5, 6) (1 + nu) / s, displacement squeeze (1, 2, 3, 4) / s - (lambda_1, lambda_2, lambda_3, 0) / s.
+  !> Without contact the square of the displacement in the norm of the stiffness is 90 squeeze^2 (1 + nu) / s.
   subroutine build_interpolated_model(model)
     type(model_t), intent(out) :: model
     type(reduced_interpolated_t), allocatable :: interpolated
@@ -133,13 +134,15 @@ contains
       field = [0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk]
       contact_field = [1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk]
       allocate (body%compliance(9, 3), body%loaded_opening(6, 3), body%prescribed_opening(6, 3), body%loaded_field(8, 3))
-      allocate (body%prescribed_field(8, 3), body%contact_field(12, 3))
+      allocate (body%prescribed_field(8, 3), body%contact_field(12, 3), body%loaded_energy(4, 3), body%prescribed_energy(4, 3))
+      body%prescribed_energy = 0
       body%prescribed_opening = 0
       body%prescribed_field = 0
       do i = 1, 3
         nu = sum(body%nodes%node(i))
         body%compliance(:, i) = compliance * (1 + nu)
         body%loaded_opening(:, i) = opening * (1 + nu)
+        body%loaded_energy(:, i) = [0.0_rk, 0.0_rk, 0.0_rk, 90 * (1 + nu)]
         body%loaded_field(:, i) = field
         body%contact_field(:, i) = contact_field
       end do

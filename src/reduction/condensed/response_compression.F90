@@ -1,0 +1,330 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Compresses the displacements H of all dofs under unit contact forces, group by group of near contacts, and computes what they are
+!> wrong by in the norm of K.
+!>
+!> With the errors E = H~ - H of the compressed columns H~, the error of a displacement H z is known: z'(E'K E) z. While group J is
+!> compressed, H_J is there, but H_I of an earlier group is no longer. As K H_I = B_I' on free dofs, where E is zero elsewhere,
+!> E_I'K E_J = H~_I'(K E_J) - B_I E_J. With anchors T, whose forces balance B_I', it is (B - N B_T) E_J in place of B E_J.
+module sig_response_compression
+  use sig_block_compression, only: blocks_of, compress_columns, piece_t
+  use sig_bodies, only: find_bodies
+  use sig_compressed_matrix, only: block_entries, compressed_matrix_t
+  use sig_condensed, only: condensed_t
+  use sig_contact_field, only: contact_field_t
+  use sig_contact_responses, only: close_rows
+  use sig_contact_states, only: contact_states_t
+  use sig_contact_system, only: contact_system_t
+  use sig_dense_kernels, only: factor_cholesky
+  use sig_energy_modes, only: product_of
+  use sig_kinds, only: rk, sk
+  use sig_linear_algebra, only: transposed_product
+  use sig_petsc_support, only: broadcast_integers, broadcast_singles, multiply_block, rank_and_size, &
+    sum_over_ranks
+  use sig_point_tree, only: point_tree_t
+  use sig_problem, only: problem_t
+  use sig_progress, only: progress_t
+  use sig_reduced_condensed, only: reduced_condensed_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: compress_responses
+
+  !> How the rows of H are ordered and scaled.
+  type :: row_layout_t
+    type(point_tree_t) :: nodes
+    integer :: n_components = 0
+    !> natural dof of each ordered row, shape (n_dofs)
+    integer, allocatable :: dofs(:)
+    !> [sqrt(force/length)] roots of the diagonal of K in natural order: an error of H, scaled by them, has about its size in the
+    !> norm of K
+    real(rk), allocatable :: scale(:)
+  end type row_layout_t
+
+  !> columns of a group
+  integer, parameter :: group_size = 64
+  !> points of a leaf of the tree of nodes
+  integer, parameter :: leaf_size = 32
+  !> [s] progress is told only if compression takes longer
+  real(rk), parameter :: seconds_of_silence = 3
+  !> The error of a group is about in proportion to the threshold of its blocks, so that a second attempt nearly always reaches it.
+  integer, parameter :: most_attempts = 3
+  !> [-] share of the wanted error at which a new threshold aims
+  real(rk), parameter :: safety = 0.7_rk
+  !> [-] largest growth of the threshold from one group to the next
+  real(rk), parameter :: most_growth = 2
+
+contains
+
+  !> Compresses H so that the error of each state is nearly `tolerance` or less. Collective on all ranks, with the same result on
+  !> each.
+  !>
+  !> Errors of different groups hardly add up in one direction, so that each group gets the tolerance over the root of their number.
+  !> The caller asks the field for the error of a state (contact_field_t%error_of), and comes back with a smaller tolerance if it is
+  !> too large.
+  subroutine compress_responses(problem, system, condensed, states, tolerance, reduced, ierr)
+    type(problem_t), intent(in) :: problem
+    type(contact_system_t), intent(inout) :: system
+    type(condensed_t), intent(inout) :: condensed
+    type(contact_states_t), intent(in) :: states
+    !> [-] relative to the sizes of the states
+    real(rk), intent(in) :: tolerance
+    !> its field gets the responses and their errors
+    type(reduced_condensed_t), intent(inout) :: reduced
+    PetscErrorCode, intent(out) :: ierr
+    type(compressed_matrix_t), allocatable :: groups(:)
+    type(row_layout_t) :: layout
+    type(progress_t) :: progress
+    real(rk), allocatable :: block(:, :), errors(:, :), forces(:, :), products(:, :), wrong(:, :)
+    integer, allocatable :: ends(:), order(:), own(:)
+    real(rk) :: share, threshold
+    integer :: first, i
+
+    PetscCall(lay_out_rows(problem, system, layout, ierr))
+    call group_contacts(problem, reduced%anchors, order, ends)
+    allocate (groups(size(ends)), errors(size(order), size(order)))
+    share = tolerance / sqrt(real(size(groups), rk))
+    threshold = tolerance
+    first = 1
+    call progress%start('compressed responses to contact forces', size(order), seconds_of_silence)
+    do i = 1, size(groups)
+      own = order(first:ends(i))
+      forces = states%unknowns(own, :) / spread(states%sizes, 1, size(own))
+      block = reduced%compliance(own, own)
+      PetscCall(compress_group(system, condensed, layout, own, forces, share, block, threshold, groups(i), wrong, ierr))
+      PetscCall(find_products(system, condensed, layout, groups(:i), order(:ends(i)), wrong, products, ierr))
+      errors(:ends(i), first:ends(i)) = products
+      errors(first:ends(i), :first - 1) = transpose(errors(:first - 1, first:ends(i)))
+      first = ends(i) + 1
+      call progress%advance(ends(i))
+    end do
+    call progress%finish()
+    associate (responses => reduced%field%responses)
+      responses%row_order = layout%dofs
+      ! anchors have no blocks
+      responses%column_order = [order, reduced%anchors]
+      call responses%join_columns(groups)
+    end associate
+    call take_errors(order, errors, reduced%field)
+    PetscCall(agree(reduced%field, ierr))
+  end subroutine compress_responses
+
+  !> Divides the contacts that are not anchors into groups of near ones. Local.
+  subroutine group_contacts(problem, anchors, order, ends)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: anchors(:)
+    !> the contacts, group by group
+    integer, allocatable, intent(out) :: order(:)
+    !> place of the last contact of each group in `order`
+    integer, allocatable, intent(out) :: ends(:)
+    type(point_tree_t) :: contacts
+    integer, allocatable :: rows(:)
+    real(rk), allocatable :: places(:, :)
+    integer :: i
+
+    rows = pack([(i, i=1, problem%rows%n_rows)], [(all(anchors /= i), i=1, problem%rows%n_rows)])
+    allocate (places(problem%mesh%n_dim, size(rows)))
+    do i = 1, size(rows)
+      places(:, i) = problem%mesh%coordinates(:, minval(problem%rows%first_nodes_of(rows(i))))
+    end do
+    call contacts%create(places, [(1, i=1, size(rows))], group_size)
+    order = rows(contacts%order)
+    ends = pack(contacts%last, contacts%children(1, :) == 0)
+  end subroutine group_contacts
+
+  !> Orders the nodes, body by body, so that near ones stand together. Collective.
+  subroutine lay_out_rows(problem, system, layout, ierr)
+    type(problem_t), intent(in) :: problem
+    type(contact_system_t), intent(inout) :: system
+    type(row_layout_t), intent(out) :: layout
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: body_of_node(:)
+    integer :: i, k, n_bodies
+
+    call find_bodies(problem%mesh, body_of_node, n_bodies)
+    call layout%nodes%create(problem%mesh%coordinates, body_of_node, leaf_size)
+    layout%n_components = problem%mesh%n_dim
+    associate (n => layout%n_components, order => layout%nodes%order)
+      layout%dofs = [((n * (order(i) - 1) + k, k=1, n), i=1, size(order))]
+    end associate
+    allocate (layout%scale(system%map%n_dofs))
+    PetscCall(MatGetDiagonal(system%stiffness, system%work_out, ierr))
+    PetscCall(system%get(system%work_out, layout%scale, ierr))
+    layout%scale = sqrt(layout%scale)
+  end subroutine lay_out_rows
+
+  !> Compresses the columns of one group J so that its part of the error of each state is at most `tolerance`, if single precision
+  !> allows it. With C_JJ = L L', the columns H_J L'^-1 are orthonormal in the norm of K, so that a threshold for them is one for
+  !> relative errors in this norm. Collective.
+  subroutine compress_group(system, condensed, layout, rows, forces, tolerance, compliance, threshold, matrix, errors, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(condensed_t), intent(inout) :: condensed
+    type(row_layout_t), intent(in) :: layout
+    !> J
+    integer, intent(in) :: rows(:)
+    !> contact forces z_J of the states relative to their sizes, shape (size(rows), n_states)
+    real(rk), intent(in) :: forces(:, :)
+    !> [-]
+    real(rk), intent(in) :: tolerance
+    !> [length/force] C_JJ
+    real(rk), intent(in) :: compliance(:, :)
+    !> [-] largest error in a leaf of the tree; becomes the one that suits the next group
+    real(rk), intent(inout) :: threshold
+    !> H~_J
+    type(compressed_matrix_t), intent(out) :: matrix
+    !> [length/force] E_J, rows of this rank
+    real(rk), allocatable, intent(out) :: errors(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    type(piece_t), allocatable :: pieces(:)
+    real(rk), allocatable :: columns(:, :), factor(:, :), own(:, :), scaled(:, :)
+    real(rk) :: error
+    integer :: i
+
+    allocate (own(system%map%n_local_dofs, size(rows)))
+    PetscCall(condensed%respond_to_rows(system, rows, own, ierr))
+    PetscCall(system%share_columns(own, size(rows), columns, ierr))
+    columns = columns(layout%dofs, :)
+    call factor_group(compliance, factor)
+    scaled = columns * spread(layout%scale(layout%dofs), 2, size(rows))
+    call divide_by_factor(factor, scaled)
+    do i = 1, most_attempts
+      call compress_columns(layout%nodes, layout%n_components, scaled, threshold, pieces)
+      matrix = blocks_of(layout%nodes, pieces, columns, 1 / layout%scale(layout%dofs), transpose(factor))
+      errors = matrix%full_matrix()
+      errors(layout%dofs, :) = errors
+      errors = errors(system%map%local_dofs, :) - own
+      PetscCall(measure_states(system, errors, forces, error, ierr))
+      if (error <= tolerance) exit
+      threshold = threshold * safety * tolerance / error
+    end do
+    threshold = threshold * min(most_growth, max(1.0_rk, safety * tolerance / max(error, tiny(error))))
+  end subroutine compress_group
+
+  !> Factors C_JJ = L L'. If it is not positive definite, as where two rows do the same, a little is added to its diagonal, until it
+  !> is.
+  subroutine factor_group(compliance, factor)
+    !> C_JJ
+    real(rk), intent(in) :: compliance(:, :)
+    !> L, zero above the diagonal
+    real(rk), allocatable, intent(out) :: factor(:, :)
+    real(rk) :: added, diagonal(size(compliance, 1))
+    integer :: i, info, n
+
+    n = size(compliance, 1)
+    diagonal = [(compliance(i, i), i=1, n)]
+    added = 0
+    do
+      factor = compliance
+      do i = 1, n
+        factor(i, i) = factor(i, i) + added * maxval(diagonal)
+      end do
+      call factor_cholesky(n, factor, info)
+      if (info == 0) exit
+      added = max(10 * added, 100 * epsilon(added))
+    end do
+    do i = 2, n
+      factor(:i - 1, i) = 0
+    end do
+  end subroutine factor_group
+
+  !> Multiplies each row by L'^-1 from the right.
+  subroutine divide_by_factor(factor, rows)
+    !> L, lower triangle
+    real(rk), intent(in) :: factor(:, :)
+    !> shape (n_rows, n)
+    real(rk), intent(inout) :: rows(:, :)
+    integer :: i, k
+
+    do i = 1, size(factor, 1)
+      do k = 1, i - 1
+        rows(:, i) = rows(:, i) - factor(i, k) * rows(:, k)
+      end do
+      rows(:, i) = rows(:, i) / factor(i, i)
+    end do
+  end subroutine divide_by_factor
+
+  !> [-] Measures the largest error |E z|_K of the states. Collective.
+  subroutine measure_states(system, errors, forces, error, ierr)
+    type(contact_system_t), intent(in) :: system
+    !> E, rows of this rank
+    real(rk), intent(in) :: errors(:, :)
+    !> z of the states relative to their sizes
+    real(rk), intent(in) :: forces(:, :)
+    real(rk), intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: products(:, :), square(:, :)
+
+    allocate (products, mold=errors)
+    PetscCall(multiply_block(system%stiffness, errors, products, ierr))
+    square = transposed_product(errors, products)
+    PetscCall(sum_over_ranks(system%comm, square, ierr))
+    error = sqrt(maxval([0.0_rk, sum(forces * product_of(square, forces), dim=1)]))
+  end subroutine measure_states
+
+  !> Computes E_I'K E_J for the last group J and for all groups I up to it. Each rank does some of these. Collective.
+  subroutine find_products(system, condensed, layout, groups, rows, errors, products, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(condensed_t), intent(in) :: condensed
+    type(row_layout_t), intent(in) :: layout
+    !> H~_I
+    type(compressed_matrix_t), intent(in) :: groups(:)
+    !> contacts of the groups
+    integer, intent(in) :: rows(:)
+    !> E_J, rows of this rank
+    real(rk), contiguous, intent(in) :: errors(:, :)
+    !> [length/force] shape (size(rows), size(errors, 2))
+    real(rk), allocatable, intent(out) :: products(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: closing(:, :), forces(:, :), local(:, :)
+    integer :: first, i, last, n_ranks, rank
+
+    PetscCall(rank_and_size(system%comm, rank, n_ranks, ierr))
+    allocate (local, mold=errors)
+    PetscCall(multiply_block(system%stiffness, errors, local, ierr))
+    PetscCall(system%share_columns(local, size(local, 2), forces, ierr))
+    forces = forces(layout%dofs, :)
+    PetscCall(close_rows(system, errors, closing, ierr))
+    associate (anchors => condensed%anchors)
+      if (size(anchors%rows) > 0) closing = closing - matmul(anchors%closing, closing(anchors%rows, :))
+    end associate
+    allocate (products(size(rows), size(errors, 2)), source=0.0_rk)
+    last = 0
+    do i = 1, size(groups)
+      first = last + 1
+      last = last + size(groups(i)%column_order)
+      if (modulo(i, n_ranks) == rank) &
+        products(first:last, :) = groups(i)%transposed_product(forces) - closing(rows(first:last), :)
+    end do
+    PetscCall(sum_over_ranks(system%comm, products, ierr))
+  end subroutine find_products
+
+  !> Sets field%errors. Local.
+  subroutine take_errors(order, errors, field)
+    !> contact of each row of `errors`
+    integer, intent(in) :: order(:)
+    !> E'K E
+    real(rk), intent(in) :: errors(:, :)
+    type(contact_field_t), intent(inout) :: field
+    real(rk), allocatable :: all_errors(:, :)
+    integer :: i, n
+
+    n = size(field%responses%column_order)
+    allocate (all_errors(n, n), source=0.0_rk)
+    all_errors(order, order) = errors
+    field%errors = [(real(all_errors(i:, i), sk), i=1, n)]
+  end subroutine take_errors
+
+  !> Gives every rank the compressed responses of the first rank, because groups of ranks compress on their own and may differ by
+  !> rounding. Collective on all ranks.
+  subroutine agree(field, ierr)
+    type(contact_field_t), intent(inout) :: field
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: blocks(:)
+
+    blocks = [field%responses%blocks]
+    PetscCall(broadcast_integers(blocks, PETSC_COMM_WORLD, ierr))
+    field%responses%blocks = reshape(blocks, [block_entries, size(blocks) / block_entries])
+    PetscCall(broadcast_singles(field%responses%values, PETSC_COMM_WORLD, ierr))
+    PetscCall(broadcast_singles(field%errors, PETSC_COMM_WORLD, ierr))
+  end subroutine agree
+end module sig_response_compression
