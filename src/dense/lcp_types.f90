@@ -186,8 +186,9 @@ contains
     end do
   end subroutine gather
 
-  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is symmetric and positive
-  !> definite, else by LU with row exchanges. Sets without open anchors are symmetric, though W is not. workspace%is_cholesky says which. Requires: gather.
+  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is symmetric and
+  !> positive definite, else by LU with row exchanges. workspace%is_cholesky says which. Sets without open anchors are symmetric,
+  !> though W is not. Requires: gather.
   subroutine factor_set(matrix, is_active, workspace, n, info)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)

@@ -35,8 +35,8 @@ module sig_body_response
     !> (n_multipliers * n_driving_terms, n_nodes)
     real(rk), allocatable :: loaded_opening(:, :)
     real(rk), allocatable :: prescribed_opening(:, :)
-    !> [force*length per square unit of theta] U'K U of the displacements U under loads, and of those under prescribed displacements,
-    !> at the nodes; shape (n_driving_terms**2, n_nodes)
+    !> [force*length per square unit of theta] U'K U of the displacements U under loads, and of those under prescribed
+    !> displacements, at the nodes; shape (n_driving_terms**2, n_nodes)
     real(rk), allocatable :: loaded_energy(:, :)
     real(rk), allocatable :: prescribed_energy(:, :)
     !> the body's exact dofs, 1-based among those of the model, ascending; shape (n_own)

@@ -212,8 +212,8 @@ contains
       'first and last ordered row and column (1-based) and rank of each block of the compressed responses, a block per row')
     call file%write(group // '/values', self%responses%values, length // '/(' // force // ')', 'blocks one after the other, ' // &
       'column by column: the block if its rank is 0, else its left and right factor')
-    call file%write(group // '/errors', self%errors, length // '/(' // force // ')', 'products of the errors of two columns of ' // &
-      'the compressed responses in the norm of the stiffness: the lower triangle, column by column')
+    call file%write(group // '/errors', self%errors, length // '/(' // force // ')', 'products of the errors of two columns ' // &
+      'of the compressed responses in the norm of the stiffness: the lower triangle, column by column')
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.

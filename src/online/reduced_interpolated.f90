@@ -222,8 +222,9 @@ contains
   !> Bounds the error of forces. For the part's own forces it is the error of the interpolation, as the interpolated problem itself
   !> was solved except for rounding. For own forces the displacement is bounded, too: with u(lambda_r), the
   !> displacement under these forces, |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, where the last term equals the
-  !> error of the forces, |lambda_r - lambda|_W. Without modes the first term is the error of the interpolation (field_bound). Forces that another part found get no bound if there are anchors. Arguments:
-  !> no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with this room found them last.
+  !> error of the forces, |lambda_r - lambda|_W. Without modes the first term is the error of the
+  !> interpolation (field_bound). Forces that another part found get no bound if there are anchors. Arguments: no_certificate in
+  !> sig_reduced. Requires: can_certify; for own forces, that solve with this room found them last.
   subroutine certify(self, multipliers, is_own, room, answer)
     class(reduced_interpolated_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: multipliers(:)

@@ -11,7 +11,8 @@ module sig_petsc_support
   use petsc
   implicit none(type, external)
   private
-  public :: take_fast_blas, start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere, library_versions
+  public :: take_fast_blas, start_petsc, end_petsc, insert_petsc_options, unused_petsc_options, options_unused_everywhere
+  public :: library_versions
   public :: create_matrix, multiply_block, create_vector, rank_and_size, rows_of_rank
   public :: broadcast_columns, broadcast_integers, broadcast_singles, sum_over_ranks, max_over_ranks, memory_of_ranks
   public :: precondition_failed, has_multigrid_vi

@@ -322,8 +322,8 @@ contains
     state = states(1)
   end subroutine solve
 
-  !> Returns the number of points that are solved together: about half a second of work, from 4 to 64. Ranks share the dense problems,
-  !> and several displacements take hardly longer than one.
+  !> Returns the number of points that are solved together: about half a second of work, from 4 to 64. Ranks share the dense
+  !> problems, and several displacements take hardly longer than one.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(condensed_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system

@@ -190,8 +190,8 @@ contains
     end do
   end subroutine close_rows
 
-  !> Computes U'K U [force*length per square unit of the columns] of displacements U. Where loads act on surfaces, most rows of K U are
-  !> zero but for rounding; they are left out. Collective.
+  !> Computes U'K U [force*length per square unit of the columns] of displacements U. Where loads act on surfaces, most rows of K U
+  !> are zero but for rounding; they are left out. Collective.
   subroutine measure_work(system, columns, work, ierr, is_counted)
     type(contact_system_t), intent(in) :: system
     !> U, rows of this rank, shape (n_local_dofs, n_columns)

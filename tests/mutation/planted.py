@@ -169,8 +169,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "deck/value_products.f90",
-        "if (operators(cuts(i):cuts(i)) == '-') products(i)%of_place = '-1'",
-        "if (operators(cuts(i):cuts(i)) == '?') products(i)%of_place = '-1'",
+        "if (cuts(i) > 0) call negate_after(operators(cuts(i):cuts(i)), own)",
+        "if (cuts(i) > 0) call negate_after('+', own)",
         "an addend behind a minus is added",
     ),
     # mesh
