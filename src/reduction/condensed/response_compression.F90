@@ -59,7 +59,8 @@ contains
   !> Compresses H so that the error of each state is nearly `tolerance` or less. Collective on all ranks, with the same result on
   !> each.
   !>
-  !> Errors of different groups hardly add up in one direction, so that each group gets the tolerance over the root of their number.
+  !> Errors of different groups hardly add up in one direction, so that each group gets the tolerance over the root of the largest
+  !> number of groups that have forces at once.
   !> The caller asks the field for the error of a state (contact_field_t%error_of), and comes back with a smaller tolerance if it is
   !> too large.
   subroutine compress_responses(problem, system, condensed, states, tolerance, reduced, ierr)
@@ -83,7 +84,7 @@ contains
     PetscCall(lay_out_rows(problem, system, layout, ierr))
     call group_contacts(problem, reduced%anchors, order, ends)
     allocate (groups(size(ends)), errors(size(order), size(order)))
-    share = tolerance / sqrt(real(size(groups), rk))
+    share = tolerance / sqrt(real(max(1, most_loaded(order, ends, states%unknowns)), rk))
     threshold = tolerance
     first = 1
     call progress%start('compressed responses to contact forces', size(order), seconds_of_silence)
@@ -131,6 +132,24 @@ contains
     order = rows(contacts%order)
     ends = pack(contacts%last, contacts%children(1, :) == 0)
   end subroutine group_contacts
+
+  !> Returns the largest number of groups that have forces in one state.
+  pure integer function most_loaded(order, ends, unknowns)
+    !> of group_contacts
+    integer, intent(in) :: order(:)
+    integer, intent(in) :: ends(:)
+    !> shape (n_multipliers, n_states)
+    real(rk), intent(in) :: unknowns(:, :)
+    logical :: is_loaded(size(ends), size(unknowns, 2))
+    integer :: first, i
+
+    first = 1
+    do i = 1, size(ends)
+      is_loaded(i, :) = any(abs(unknowns(order(first:ends(i)), :)) > 0, dim=1)
+      first = ends(i) + 1
+    end do
+    most_loaded = maxval([0, count(is_loaded, dim=1)])
+  end function most_loaded
 
   !> Orders the nodes, body by body, so that near ones stand together. Collective.
   subroutine lay_out_rows(problem, system, layout, ierr)
