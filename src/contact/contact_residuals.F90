@@ -9,6 +9,7 @@ module sig_contact_residuals
   use sig_linear_algebra, only: largest_size, sum_of_sizes
   use sig_load_pattern, only: load_pattern_t
   use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
+  use sig_problem_sizes, only: problem_sizes_t, sizes_at
   use sig_reasons, only: reason_linear_solver
   use petsc
   implicit none(type, external)
@@ -18,22 +19,18 @@ module sig_contact_residuals
   !> [-] forces are compared with at least this share of |K| |u|, because K u of a rigid motion is only rounding, and with at least
   !> this share of the largest load on a dof, the parts of which are added without sign, because they may cancel
   real(rk), parameter :: smallest_share = 1.0e-6_rk
-  !> [-] a multiplier is rounding of K u and becomes 0 if it is at most this share of |K| |u| or of the largest load on a dof
-  real(rk), parameter :: rounding = 1.0e-13_rk
   !> number of sizes that are compared, over all dofs: |K u + B' lambda - F| on the free ones, |K u|, |B' lambda|
   integer, parameter :: n_largest = 3
 
 contains
 
-  !> Computes the residuals and the reactions of one state, and sets multipliers that are only rounding to 0. Collective on the
-  !> system's communicator.
+  !> Computes the residuals and the reactions of one state. Collective on the system's communicator.
   subroutine measure_residuals(system, theta, state, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank;
-    !> multipliers below `rounding` are 0. A positive reason becomes reason_linear_solver if a displacement or multiplier is not
-    !> finite
+    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank. A
+    !> positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -41,7 +38,6 @@ contains
 
     states(1) = state
     PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, reactions, ierr))
-    state%multipliers = states(1)%multipliers
     state%residuals = states(1)%residuals
     state%reason = states(1)%reason
     if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
@@ -56,7 +52,7 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals; multipliers and reason as in measure_residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals; reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: reactions(:, :)
@@ -82,14 +78,13 @@ contains
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
-    !> in: displacement and multipliers; out: also residuals; multipliers and reason as in measure_residuals; shape (n_points)
+    !> in: displacement and multipliers; out: also residuals; reason as in measure_residuals; shape (n_points)
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] reactions at the prescribed dofs of this rank, in the order of own_prescribed; shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
     real(rk), allocatable :: columns(:, :), forces(:, :)
-    real(rk) :: smallest_load
     type(load_pattern_t) :: pattern
     integer, allocatable :: held(:), loaded(:)
     integer :: i
@@ -113,8 +108,7 @@ contains
     PetscCall(max_over_ranks(system%comm, largest, ierr))
     PetscCall(sum_over_ranks(system%comm, sums, ierr))
     do i = 1, size(states)
-      smallest_load = smallest_share * maxval(pattern%part_sizes(theta(:, i), system%map%n_dofs))
-      call compare(system, theta(:, i), largest(:, i), sums(:, i), smallest_share * system%stiffness_size, smallest_load, states(i))
+      call compare(system, theta(:, i), sizes_at(system, theta(:, i)), largest(:, i), sums(:, i), states(i))
     end do
   end subroutine measure_block
 
@@ -162,40 +156,33 @@ contains
   end subroutine add_forces
 
   !> Computes the residuals of one point: the penetration is a length, the others are relative. Local.
-  pure subroutine compare(system, theta, largest, sums, smallest_per_length, smallest_load, state)
+  pure subroutine compare(system, theta, sizes, largest, sums, state)
     type(contact_system_t), intent(in) :: system
     real(rk), intent(in) :: theta(:)
+    type(problem_sizes_t), intent(in) :: sizes
     !> [force] largest of all ranks: see n_largest
     real(rk), intent(in) :: largest(n_largest)
     !> [force] those of add_forces, summed over all ranks
     real(rk), intent(in) :: sums(:)
-    !> [force/length] residuals are divided by at least this times the largest displacement ...
-    real(rk), intent(in) :: smallest_per_length
-    !> [force] ... and by at least this force
-    real(rk), intent(in) :: smallest_load
-    !> in: displacement and multipliers; out: also residuals; multipliers that are rounding become 0, and the reason changes if a
-    !> value is not finite
+    !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
     type(contact_state_t), intent(inout) :: state
-    real(rk) :: gap(system%rows%n_rows), opening(system%rows%n_rows), smallest_force, displacement_size
+    real(rk) :: opening(system%rows%n_rows), smallest_force, displacement_size
     integer :: i_component, n
 
     n = system%map%n_dim
-    gap = system%gap(theta)
-    opening = gap - system%rows%apply(state%displacement)
+    opening = system%gap(theta) - system%rows%apply(state%displacement)
     displacement_size = largest_size(state%displacement)
-    smallest_force = max(smallest_per_length * displacement_size, smallest_load)
+    smallest_force = smallest_share * max(system%stiffness_size * displacement_size, sizes%force)
     associate (r => state%residuals)
-      r%size_of_forces = maxval([smallest_force, largest(2:)])
-      r%equilibrium = relative(largest(1), r%size_of_forces)
+      r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
       r%penetration = max(0.0_rk, maxval(-opening))
       r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
       r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
-        max(maxval(abs(gap)), displacement_size))
+        max(sizes%gap, displacement_size))
       ! contact forces cancel row by row; radial forces of a turned body balance by the hoop stress
       r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
         i_component=system%first_balanced, n)])
     end associate
-    where (abs(state%multipliers) <= rounding / smallest_share * smallest_force) state%multipliers = 0
     if (state%reason > 0 .and. .not. (all(ieee_is_finite(state%displacement)) .and. all(ieee_is_finite(state%multipliers)))) &
       state%reason = reason_linear_solver
   end subroutine compare

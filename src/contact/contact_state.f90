@@ -20,8 +20,6 @@ module sig_contact_state
     !> [-] resultant of reactions, loads and obstacles over the sum of the sizes of reactions and loads (or over the larger 1e-6 in
     !> `equilibrium`, if this is more), worst component; in axisymmetry only along z
     real(rk) :: force_balance = 0
-    !> [force] the force that `equilibrium` is relative to
-    real(rk) :: size_of_forces = 0
   end type residuals_t
 
   !> An answer, or the reason why there is none.

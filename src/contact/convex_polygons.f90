@@ -3,6 +3,7 @@
 module sig_convex_polygons
   use sig_cross_products, only: plane_cross_product
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: polygon_t, polygon_of, area_of, centroid_of, common_part, rest_of, most_corners
@@ -17,10 +18,6 @@ module sig_convex_polygons
     !> [length] shape (2, n) used
     real(rk) :: corners(2, most_corners) = 0
   end type polygon_t
-
-  !> [-] a corner lies on the line of a side if its distance from this line is at most this share of the side's length, or of its
-  !> distance from the side's start
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 

@@ -12,6 +12,7 @@ module sig_facing_facets
   use sig_facing_points, only: facing_points_t
   use sig_kinds, only: rk
   use sig_mortar_sides, only: mortar_side_t
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: face_facet
@@ -49,8 +50,6 @@ module sig_facing_facets
 
   !> [-] two normals are opposite enough for contact if their product is below this
   real(rk), parameter :: grazing = -0.1_rk
-  !> [-] of the facet's area: what is smaller is rounding
-  real(rk), parameter :: nothing = 1.0e-12_rk
   !> [-] of a facet's extent: a smaller bend leaves the integrals exact to 1e-12
   real(rk), parameter :: noticed_bend = 0.01_rk
   !> the rule of the triangle with six nodes is exact for polynomials of degree 5
@@ -165,7 +164,7 @@ contains
     associate (shape => shapes(own%i_type))
       do i_part = 1, size(shape%parts, 2)
         polygon = part_of(own, shape%parts(:, i_part))
-        smallest = nothing * area_of(polygon)
+        smallest = rounding * area_of(polygon)
         do i = 1, size(others)
           if (.not. allocated(others(i)%vertices)) cycle
           associate (other => shapes(others(i)%i_type))

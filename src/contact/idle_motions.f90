@@ -9,6 +9,7 @@ module sig_idle_motions
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_rigid_bodies, only: rigid_bodies_t
+  use sig_rounding, only: dependent
   use sig_singular_values, only: svd
   implicit none(type, external)
   private
@@ -31,9 +32,6 @@ module sig_idle_motions
     procedure :: shares_of_carriers
     procedure :: take_from_carriers
   end type idle_motions_t
-
-  !> [-] mean square of the displacements of a body by a motion of size 1 that is rounding
-  real(rk), parameter :: negligible = 1.0e-12_rk
 
 contains
 
@@ -79,7 +77,7 @@ contains
     do i = 1, idle%n
       sizes = sum(idle%amplitudes(:, :, i)**2, dim=1)
       do i_body = 1, size(sizes)
-        if (sizes(i_body) <= negligible * maxval(sizes)) idle%amplitudes(:, i_body, i) = 0
+        if (sizes(i_body) <= dependent**2 * maxval(sizes)) idle%amplitudes(:, i_body, i) = 0
       end do
     end do
   end subroutine hold_others
@@ -104,7 +102,8 @@ contains
       gram = gram + matmul(transpose(moved), moved)
     end do
     call svd(gram, u, s, vt)
-    n = count(s > negligible * n_nodes)
+    ! of squares of displacements by motions of size 1
+    n = count(s > dependent**2 * n_nodes)
     carried = matmul(left, transpose(vt(:n, :))) / spread(sqrt(s(:n)), 1, size(left, 1))
     left = matmul(left, transpose(vt(n + 1:, :)))
     left((i_body - 1) * bodies%n_rigid + 1:i_body * bodies%n_rigid, :) = 0

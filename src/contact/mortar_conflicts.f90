@@ -5,14 +5,12 @@ module sig_mortar_conflicts
   use sig_deck_config, only: contact_config_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_rounding, only: dependent
   use sig_surface_pair, only: node_text
   use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: conflict_t, find_conflict, shared_text
-
-  !> [-] a normal with a smaller part along free components belongs to a node that cannot move along it
-  real(rk), parameter :: free_enough = 1.0e-6_rk
 
   !> A reason against the rows of a contact, as an error for the user.
   type :: conflict_t
@@ -122,6 +120,6 @@ contains
     real(rk) :: free(size(rows%dofs_of(row)))
 
     free = merge(0.0_rk, rows%coefficients_of(row), is_prescribed(rows%dofs_of(row)))
-    is_stuck = norm2(free(:rows%n_dim)) < free_enough .and. norm2(free) > free_enough
+    is_stuck = norm2(free(:rows%n_dim)) < dependent .and. norm2(free) > dependent
   end function is_stuck
 end module sig_mortar_conflicts

@@ -2,6 +2,7 @@
 !> Integrals of a mortar contact over its first surface: areas, gaps, and the shares of the nodes of the second surface.
 module sig_mortar_sums
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: mortar_sums_t
@@ -127,8 +128,6 @@ contains
     integer, allocatable, intent(out) :: nodes(:)
     !> [-]
     real(rk), allocatable, intent(out) :: shares(:)
-    !> [-] rounding of integrals that are zero: nodes beside the one that faces the owner
-    real(rk), parameter :: negligible = 1.0e-12_rk
     integer, allocatable :: next(:), order(:), own_nodes(:)
     real(rk), allocatable :: own_shares(:)
     integer :: k
@@ -138,7 +137,7 @@ contains
     allocate (nodes(self%n_shares), shares(self%n_shares))
     do k = 1, size(owners)
       call sum_by_node(self, order(next(owners(k)) + 1:next(owners(k) + 1)), own_nodes, own_shares)
-      associate (is_kept => abs(own_shares) > negligible * self%areas(owners(k)))
+      associate (is_kept => abs(own_shares) > rounding * self%areas(owners(k)))
         own_nodes = pack(own_nodes, is_kept)
         own_shares = pack(own_shares, is_kept)
       end associate

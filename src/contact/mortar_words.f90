@@ -5,6 +5,7 @@ module sig_mortar_words
   use sig_kinds, only: rk
   use sig_mortar_sides, only: mortar_side_t
   use sig_mortar_sums, only: mortar_sums_t
+  use sig_rounding, only: rounding_of_data
   use sig_surface_geometry, only: direction_text, flat_direction, is_flat
   use sig_surface_pair, only: surface_pair_t
   use sig_text, only: fine_digits, short_number
@@ -51,12 +52,10 @@ contains
     !> [length] longest edge of the first surface: an end of the range whose size is below 1e-9 of it is rounding and becomes 0
     real(rk), intent(in) :: extent
     character(:), allocatable :: text
-    !> [-] of an edge: a smaller gap is rounding
-    real(rk), parameter :: rounding = 1.0e-9_rk
     real(rk) :: ends(2)
 
     ends = [minval(gaps), maxval(gaps)]
-    where (abs(ends) < rounding * extent) ends = 0
+    where (abs(ends) < rounding_of_data * extent) ends = 0
     text = ', gaps of ' // short_number(ends(1), fine_digits) // ' to ' // short_number(ends(2), fine_digits) // &
       ' in the mesh'
   end function gap_text

@@ -5,6 +5,7 @@ module sig_motion_words
   use sig_linear_algebra, only: solve_dense
   use sig_rigid_bodies, only: null_space, rigid_bodies_t
   use sig_rigid_motions, only: rigid_motions_t
+  use sig_rounding, only: dependent
   use sig_singular_values, only: svd
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
@@ -13,8 +14,6 @@ module sig_motion_words
 
   !> [-] a direction this close to an axis is called after it
   real(rk), parameter :: aligned = 1.0e-3_rk
-  !> [-] amplitudes up to this one are none
-  real(rk), parameter :: negligible = 1.0e-6_rk
 
 contains
 
@@ -43,7 +42,7 @@ contains
 
     allocate (bodies(0))
     do i_body = 1, motions%n_bodies
-      if (any([(motions%body_of_motion(i) == i_body .and. any(abs(combinations(i, :)) > negligible), i=1, motions%n_free)])) &
+      if (any([(motions%body_of_motion(i) == i_body .and. any(abs(combinations(i, :)) > dependent), i=1, motions%n_free)])) &
         bodies = [bodies, i_body]
     end do
   end function bodies_of_motions

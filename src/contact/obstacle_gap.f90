@@ -15,13 +15,12 @@
 module sig_obstacle_gap
   use sig_deck_config, only: contact_config_t, value_config_t
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: obstacle_gap
 
-  !> [-] a component of the direction below this is rounding
-  real(rk), parameter :: smallest_component = 1.0e-12_rk
   !> e^2, t0, e / (1 - cos k) and k / (e^2 - t0) for e = 0.1, as texts
   character(*), parameter :: wave_start = '0.01'
   character(*), parameter :: wave_end = '0.002'
@@ -45,7 +44,7 @@ contains
     integer :: i
 
     direction = contact%direction / norm2(contact%direction)
-    where (abs(direction) < smallest_component) direction = 0
+    where (abs(direction) < rounding) direction = 0
     shift%text = '0'
     shape%text = '0'
     do i = 1, size(direction)

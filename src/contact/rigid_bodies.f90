@@ -6,6 +6,7 @@ module sig_rigid_bodies
   use sig_bodies, only: find_bodies
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_rounding, only: dependent
   use sig_singular_values, only: svd
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
@@ -32,9 +33,6 @@ module sig_rigid_bodies
     procedure :: support_body
   end type rigid_bodies_t
 
-  !> [-] eigenvalues of a Gram matrix up to this share of the larger of 1 and the largest eigenvalue count as zero: 1e-6 in the
-  !> motions
-  real(rk), parameter :: negligible = 1.0e-12_rk
   !> [-] a preferred dof is taken as a support if it moves at least by this share of the dof that moves most
   real(rk), parameter :: good_enough = 0.01_rk
 
@@ -183,7 +181,7 @@ contains
   end subroutine compare
 
   !> Returns an orthonormal basis of the null space of a Gram matrix, a vector per column. Eigenvalues up to 1e-12 times the larger
-  !> of 1 and the largest one count as zero.
+  !> of 1 and the largest one count as zero: 1e-6 (dependent) in the motions.
   function null_space(gram) result(columns)
     !> symmetric, no negative eigenvalue, shape (n, n)
     real(rk), intent(in) :: gram(:, :)
@@ -194,7 +192,7 @@ contains
     call svd(gram, u, s, vt)
     rank = 0
     ! motions have size 1, so that a Gram matrix far below 1 is rounding as a whole
-    if (size(s) > 0) rank = count(s > negligible * max(1.0_rk, s(1)))
+    if (size(s) > 0) rank = count(s > dependent**2 * max(1.0_rk, s(1)))
     columns = transpose(vt(rank + 1:, :))
   end function null_space
 

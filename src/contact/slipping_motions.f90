@@ -11,6 +11,7 @@ module sig_slipping_motions
   use sig_kinds, only: rk
   use sig_rigid_bodies, only: null_space
   use sig_rigid_motions, only: rigid_motions_t
+  use sig_rounding, only: rounding_of_data
   use sig_singular_values, only: svd
   use sig_smooth_normals, only: normal_of_row
   implicit none(type, external)
@@ -19,8 +20,6 @@ module sig_slipping_motions
 
   !> [-] a single row may miss the tangent by so many times the error of its normal
   real(rk), parameter :: margin = 3.0_rk
-  !> [-] relative velocities of motions of size 1 up to this one are rounding
-  real(rk), parameter :: at_rest = 1.0e-9_rk
   !> [-] velocities are parallel if they span a second direction by at most this share
   real(rk), parameter :: parallel = 1.0e-4_rk
   !> [-] normal components of velocities up to this one are rounding, after at most so many rounds
@@ -145,7 +144,7 @@ contains
     do k = 1, size(errors)
       velocity = matmul(velocities(:, :, k), slips)
       row = matmul(normals(:, k), velocity)
-      if (norm2(row) <= margin * errors(k) * norm2(velocity) + at_rest) cycle
+      if (norm2(row) <= margin * errors(k) * norm2(velocity) + rounding_of_data) cycle
       missing = reshape([missing, row / norm2(row)], [size(row), size(missing, 2) + 1])
     end do
   end subroutine find_missing
@@ -188,7 +187,7 @@ contains
     old = normal_of_row(rows, k)
     length = norm2(old)
     normal = old
-    do i = 1, min(rows%n_dim - 1, count(s > max(at_rest, parallel * s(1))))
+    do i = 1, min(rows%n_dim - 1, count(s > max(rounding_of_data, parallel * s(1))))
       normal = normal - dot_product(u(:, i), normal) * u(:, i)
     end do
     if (norm2(normal) < 0.5_rk * length) return

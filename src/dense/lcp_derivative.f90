@@ -15,6 +15,7 @@ module sig_lcp_derivative
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: lu_t
+  use sig_rounding, only: dependent, rounding_of_data
   implicit none(type, external)
   private
   public :: differentiate_lcp, lcp_derivative_t
@@ -33,12 +34,6 @@ module sig_lcp_derivative
     !> dz_G was not found in a direction that changes the work of the loads on a motion
     logical :: is_pushed = .false.
   end type lcp_derivative_t
-
-  !> [-] an opening is rounding where it is at most this fraction of its terms. A force is rounding where it closes its row by at
-  !> most as much
-  real(rk), parameter :: rounding = 1.0e-9_rk
-  !> [-] of the openings of an anchor's motion by other motions, at most this share is left where they depend on each other
-  real(rk), parameter :: dependent = 1.0e-6_rk
 
 contains
 
@@ -109,7 +104,8 @@ contains
     end associate
   end function free_anchors
 
-  !> Sets `grazes` to whether a row has neither a force nor an opening, up to rounding. The other arguments are those of
+  !> Sets `grazes` to whether a row has neither a force nor an opening, up to rounding: an opening is rounding where it is at most
+  !> rounding_of_data of its terms, a force where it closes its row by at most as much. The other arguments are those of
   !> differentiate_lcp.
   subroutine find_grazing(matrix, q, terms, z, grazes)
     real(rk), contiguous, intent(in) :: matrix(:, :)
@@ -123,9 +119,9 @@ contains
     diagonal = [(matrix(k, k), k=1, size(z))]
     w = q
     call multiply(1.0_rk, matrix, z, 1.0_rk, w)
-    noise = rounding * (abs(q) + terms)
+    noise = rounding_of_data * (abs(q) + terms)
     do k = 1, size(z)
-      if (z(k) > 0) noise = noise + rounding * abs(matrix(:, k)) * z(k)
+      if (z(k) > 0) noise = noise + rounding_of_data * abs(matrix(:, k)) * z(k)
     end do
     closing = diagonal * z
     ! rows of bodies that only contact holds may have a zero diagonal
@@ -167,13 +163,14 @@ contains
         openings = changes(rows, k) + matmul(matrix(rows, active), unknowns(active))
         terms = abs(changes(rows, k)) + matmul(abs(matrix(rows, active)), &
           abs(unknowns(active)) + maxval([0.0_rk, abs(changes(active, k)) * ease]))
-        where (abs(openings) <= rounding * terms) openings = 0
+        where (abs(openings) <= rounding_of_data * terms) openings = 0
         call solve_mixed(schur, openings, n, z, is_solved)
         derivative%is_singular = derivative%is_singular .or. .not. is_solved
         derivative%is_one_sided(k) = any(abs(openings(:n)) > 0)
         if (size(free) > 0 .and. derivative%is_one_sided(k)) then
           call solve_mixed(schur, -openings, n, backward, is_solved)
-          derivative%is_one_sided(k) = .not. is_solved .or. any(abs(z(:n) + backward(:n)) > rounding * maxval(abs([z, backward])))
+          derivative%is_one_sided(k) = .not. is_solved .or. &
+            any(abs(z(:n) + backward(:n)) > rounding_of_data * maxval(abs([z, backward])))
         end if
         unknowns(rows) = z
         unknowns(active) = unknowns(active) - matmul(coupling, z)
@@ -198,8 +195,8 @@ contains
     sizes = [(maxval(abs(matrix(:, rows(i)))) / sqrt(softest), i=1, size(rows))]
     do i = 1, size(rows)
       if (matrix(rows(i), rows(i)) > 0) cycle
-      where (abs(schur(:, i)) <= rounding * sizes(i) * sizes) schur(:, i) = 0
-      where (abs(schur(i, :)) <= rounding * sizes(i) * sizes) schur(i, :) = 0
+      where (abs(schur(:, i)) <= rounding_of_data * sizes(i) * sizes) schur(:, i) = 0
+      where (abs(schur(i, :)) <= rounding_of_data * sizes(i) * sizes) schur(i, :) = 0
     end do
     n = size(rows) - n_free
     schur(n + 1:, n + 1:) = 0

@@ -10,6 +10,7 @@ module sig_changed_basis
   use sig_element_types, only: element_types
   use sig_kinds, only: rk
   use sig_quadrature, only: quadrature_rule
+  use sig_rounding, only: rounding
   use sig_shape_functions, only: corners_of_node, create_shape_table, shape_table_t
   implicit none(type, external)
   private
@@ -28,7 +29,6 @@ contains
   pure logical function has_weak_corners(i_type)
     !> row of element_types
     integer, intent(in) :: i_type
-    real(rk), parameter :: rounding = 1.0e-12_rk
     type(shape_table_t) :: table
     real(rk), allocatable :: points(:, :), weights(:)
 

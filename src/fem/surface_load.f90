@@ -13,6 +13,7 @@ module sig_surface_load
   use sig_load_pattern, only: load_pattern_t
   use sig_mesh, only: mesh_t, nodes_of_facet
   use sig_mesh_checks, only: group_of_surface
+  use sig_rounding, only: rounding
   use sig_surface_geometry, only: measure_surface, surface_geometry_t
   use sig_term_set, only: source_surface, term_set_t, term_source_t
   use sig_term_values, only: facet_forces
@@ -22,9 +23,6 @@ module sig_surface_load
   implicit none(type, external)
   private
   public :: add_surface_load
-
-  !> [-] a component of a facet's normals is rounding, and gets no term, if it is at most this share of their largest component
-  real(rk), parameter :: smallest_component = 1.0e-12_rk
 
   !> The pressure of a load, or one component of its traction.
   type :: part_t
@@ -248,7 +246,7 @@ contains
       end if
       rule = facet_rule(source%places(:, nodes), window_t())
       do k = 1, size(source%places, 1)
-        if (maxval(abs(rule%area_vectors(k, :))) > smallest_component * maxval(abs(rule%area_vectors))) &
+        if (maxval(abs(rule%area_vectors(k, :))) > rounding * maxval(abs(rule%area_vectors))) &
           source%dof_terms(k, nodes) = 1
       end do
     end associate

@@ -12,6 +12,7 @@ module sig_body_constants
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_materials, only: check_materials
   use sig_problem, only: problem_t
+  use sig_rounding, only: rounding
   use sig_term_values, only: evaluate_points
   use sig_text, only: join
   implicit none(type, external)
@@ -59,9 +60,6 @@ module sig_body_constants
   integer, parameter :: n_samples = 2000
   !> number of parameters above which the corners are left out
   integer, parameter :: most_corners = 12
-  !> [-] an elastic constant whose relative change is not above `rounding` counts as constant; a range is widened by `margin` of its
-  !> width at both ends
-  real(rk), parameter :: rounding = 1.0e-12_rk
   real(rk), parameter :: margin = 0.01_rk
   !> [-] with this rate of convergence an error of 1e-6 takes about twenty nodes
   real(rk), parameter :: slowest = 2.0_rk

@@ -5,15 +5,13 @@ module sig_contact_summary
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_rounding, only: rounding
   use sig_term_set, only: term_set_t
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, counted, fine_digits, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: contact_lines, contact_name
-
-  !> [-] of the largest coordinate: a smaller gap is rounding and is shown as 0
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 

@@ -7,6 +7,7 @@ module sig_point_checks
   use sig_materials, only: check_materials
   use sig_parameter_space, only: format_point
   use sig_problem, only: problem_t, tags_text
+  use sig_rounding, only: rounding
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
   implicit none(type, external)
@@ -71,8 +72,6 @@ contains
     !> [-] values of the problem's terms there, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] of the gap: rounding of the deck's numbers
-    real(rk), parameter :: rounding = 1.0e-12_rk
     real(rk) :: displacement(problem%mesh%n_dim * problem%mesh%n_nodes), opening(problem%inert%n_rows), gap(problem%inert%n_rows)
     integer :: k
 

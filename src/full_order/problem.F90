@@ -35,6 +35,7 @@ module sig_problem
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
+  use sig_rounding, only: rounding_of_data
   use sig_slipping_motions, only: turn_normals
   use sig_smooth_normals, only: fit_normals
   use sig_solver_costs, only: problem_size_t
@@ -248,9 +249,6 @@ contains
   !> which the motion misses the tangents, and so is the work.
   subroutine measure_idle_work(problem)
     type(problem_t), intent(inout) :: problem
-    !> [-] work up to this share of the sum of the sizes of its parts is rounding. Resultants of pressures that balance each other
-    !> are rounded to 1e-12 of their parts; coordinates in mesh files often have 10 digits
-    real(rk), parameter :: rounding = 1.0e-9_rk
     !> the work on a motion may err by so many times its miss
     real(rk), parameter :: margin = 10.0_rk
     type(load_pattern_t) :: pattern
@@ -264,7 +262,7 @@ contains
         associate (dofs => pack(pattern%dofs, pattern%terms == t), values => pack(pattern%values, pattern%terms == t))
           call idle%work(problem%motions, dofs, values, work%work(t, :), work%limits(t, :))
         end associate
-        work%limits(t, :) = work%limits(t, :) * max(rounding, margin * problem%misses(idle%carriers))
+        work%limits(t, :) = work%limits(t, :) * max(rounding_of_data, margin * problem%misses(idle%carriers))
       end do
     end associate
   end subroutine measure_idle_work

@@ -17,9 +17,6 @@ module sig_unheld_bodies
   private
   public :: unheld_warning
 
-  !> [-] a contact force is rounding up to this share of the forces, or up to so many times what the solution misses equilibrium by
-  real(rk), parameter :: rounding = 1.0e-9_rk, margin = 10.0_rk
-
 contains
 
   !> Returns a warning if in some of the solutions that converged no contact force holds a body; empty otherwise. It says at how
@@ -40,7 +37,7 @@ contains
     n = 0
     do i = 1, size(states)
       if (states(i)%reason /= reason_converged) cycle
-      unheld = unheld_motions(motions, is_loaded(states(i)))
+      unheld = unheld_motions(motions, states(i)%multipliers > 0)
       if (size(unheld, 2) == 0) cycle
       n = n + 1
       if (n > 1) cycle
@@ -52,16 +49,6 @@ contains
     if (n > 1) warning = 'at ' // to_text(n) // ' points, the first (' // format_point(deck%parameters, points(:, first)) // '),'
     warning = warning // ' no contact force holds ' // bodies_text(deck, mesh, motions, of_first) // ' one of many possible'
   end function unheld_warning
-
-  !> Returns which contact forces of a solution are more than rounding, shape (n_rows).
-  pure function is_loaded(state)
-    type(contact_state_t), intent(in) :: state
-    logical :: is_loaded(size(state%multipliers))
-
-    associate (r => state%residuals)
-      is_loaded = state%multipliers > max(rounding, margin * r%equilibrium) * r%size_of_forces
-    end associate
-  end function is_loaded
 
   !> Returns `the body 'spring' (translation in z): its displacement and its gaps are`, or the same for several bodies.
   function bodies_text(deck, mesh, motions, unheld) result(text)

@@ -4,6 +4,7 @@
 module sig_contact_rows
   use sig_cross_products, only: cross_product, plane_cross_product
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: contact_rows_t, create_contact_rows, separate_inert_rows
@@ -95,13 +96,11 @@ contains
     logical, intent(in) :: is_prescribed(:)
     type(contact_rows_t), intent(out) :: rows
     type(contact_rows_t), intent(out) :: inert
-    !> [-] a coefficient of at most this size is rounding
-    real(rk), parameter :: negligible = 1.0e-12_rk
     logical :: is_inert(all_rows%n_rows)
     integer :: k
 
     do k = 1, all_rows%n_rows
-      is_inert(k) = .not. any(.not. is_prescribed(all_rows%dofs_of(k)) .and. abs(all_rows%coefficients_of(k)) > negligible)
+      is_inert(k) = .not. any(.not. is_prescribed(all_rows%dofs_of(k)) .and. abs(all_rows%coefficients_of(k)) > rounding)
     end do
     rows = all_rows%select(pack([(k, k=1, all_rows%n_rows)], .not. is_inert))
     inert = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_inert))

@@ -12,7 +12,7 @@ module sig_nodal_values
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cell_contact, closed_rows, least_force, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures
+  public :: cell_contact, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures
 
   !> status of a node: in no row that counts, open, closed
   integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
@@ -97,32 +97,12 @@ contains
     where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
   end function nodal_gaps
 
-  !> Returns 1e-12 times the largest contact force [force], and 0 if no force is positive. Forces that are not larger are rounding
-  !> errors, which full-order solvers leave on open contacts.
-  pure real(rk) function least_force(multipliers)
-    !> [force] of all rows
-    real(rk), intent(in) :: multipliers(:)
-    real(rk), parameter :: rounding = 1.0e-12_rk
-
-    least_force = 0
-    if (size(multipliers) > 0) least_force = rounding * max(0.0_rk, maxval(multipliers))
-  end function least_force
-
-  !> Returns for each row whether its force is above least_force.
-  pure function closed_rows(multipliers) result(is_closed)
-    !> [force] of all rows
-    real(rk), intent(in) :: multipliers(:)
-    logical :: is_closed(size(multipliers))
-
-    is_closed = multipliers > least_force(multipliers)
-  end function closed_rows
-
   !> Returns the status of each node: status_closed (2) if a row at the node is closed, else status_open (1); status_none (0) if
   !> there is no row. At an owner, these rows are its own and those that have it on their second side: other rows contain it for the
   !> changed basis only. At any other node they are all rows that contain it.
   pure function nodal_contact(rows, is_closed, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> result of closed_rows, shape (n_rows)
+    !> whether it has a force, shape (n_rows)
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)

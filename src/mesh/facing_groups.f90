@@ -6,6 +6,7 @@ module sig_facing_groups
   use sig_k_d_tree, only: k_d_tree_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_facet
+  use sig_rounding, only: rounding_of_data
   use sig_surface_geometry, only: flat_direction, is_flat, measure_surface, surface_geometry_t
   implicit none(type, external)
   private
@@ -68,8 +69,6 @@ module sig_facing_groups
   !> [-] facets overlap if their centers are closer across the normal than this share of the larger one's size: facets side by side
   !> have 1
   real(rk), parameter :: beside = 0.9_rk
-  !> [-] share of the reach below which a gap counts as zero
-  real(rk), parameter :: rounding = 1.0e-9_rk
 
 contains
 
@@ -274,7 +273,7 @@ contains
     if (any(is_facing)) pair%front_share = pair%facing_area / sum(areas, mask=is_front)
     pair%gap = [minval(gaps, mask=is_facing), maxval(gaps, mask=is_facing)]
     pair%is_flat = surface%is_flat .and. other%is_flat
-    where (abs(pair%gap) < rounding * surface%reach) pair%gap = 0
+    where (abs(pair%gap) < rounding_of_data * surface%reach) pair%gap = 0
     if (other%is_flat .and. .not. surface%is_flat) pair%direction = other%direction
   end function face
 end module sig_facing_groups

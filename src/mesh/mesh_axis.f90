@@ -4,6 +4,7 @@ module sig_mesh_axis
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_rounding, only: rounding, rounding_of_data
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -18,8 +19,6 @@ contains
     !> mesh file, for messages
     character(*), intent(in) :: path
     type(error_t), allocatable, intent(out) :: error
-    !> [-] share of the largest coordinate: a node behind the axis by at most this is on the axis except for rounding
-    real(rk), parameter :: rounding = 1.0e-12_rk
     integer :: i_node
 
     i_node = minloc(mesh%coordinates(1, :), dim=1)
@@ -36,9 +35,7 @@ contains
   pure logical function ends_on_axis(radii)
     !> [length] radii of the edge's nodes, not negative
     real(rk), intent(in) :: radii(:)
-    !> [-] share of the largest radius
-    real(rk), parameter :: rounding = 1.0e-9_rk
 
-    ends_on_axis = minval(radii) <= rounding * maxval(radii)
+    ends_on_axis = minval(radii) <= rounding_of_data * maxval(radii)
   end function ends_on_axis
 end module sig_mesh_axis

@@ -8,13 +8,12 @@ module sig_mesh_build
   use sig_mesh_file, only: raw_mesh_t, raw_nodes
   use sig_mesh_groups, only: build_groups, note_names
   use sig_mid_nodes, only: check_mid_nodes
+  use sig_rounding, only: rounding_of_data
   use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
   private
   public :: build_mesh, mesh_dimension
 
-  !> [-] largest distance of a plane mesh from a plane, relative to its size
-  real(rk), parameter :: plane_tolerance = 1.0e-9_rk
   character(1), parameter :: axis_names(3) = ['x', 'y', 'z']
 
 contains
@@ -199,7 +198,7 @@ contains
       lower(i) = minval(raw%coordinates(i, :), mask=node_of_raw_node > 0)
       upper(i) = maxval(raw%coordinates(i, :), mask=node_of_raw_node > 0)
     end do
-    across = findloc(upper - lower <= plane_tolerance * maxval(upper - lower), .true., dim=1, back=.true.)
+    across = findloc(upper - lower <= rounding_of_data * maxval(upper - lower), .true., dim=1, back=.true.)
     if (across == 0) then
       call make_error(error, 'a plane model needs a mesh in a plane z = const, y = const or x = const; here x runs from ' // &
         to_text(lower(1)) // ' to ' // to_text(upper(1)) // ', y from ' // to_text(lower(2)) // ' to ' // to_text(upper(2)) // &

@@ -5,6 +5,7 @@ module sig_mesh_checks
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
+  use sig_rounding, only: rounding_of_data
   use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
   private
@@ -113,9 +114,6 @@ contains
     !> 1-based
     integer, allocatable, intent(out) :: nodes(:)
     type(error_t), allocatable, intent(out) :: error
-    !> [-] share of the mesh's extent along the window's axis: a node that is outside of the window by at most this counts as
-    !> inside, because coordinates are rounded
-    real(rk), parameter :: node_tolerance = 1.0e-9_rk
     integer, allocatable :: all_nodes(:)
     logical, allocatable :: is_inside(:)
     real(rk) :: margin
@@ -125,7 +123,7 @@ contains
     nodes = all_nodes
     if (zone%axis == 0) return
     associate (place => mesh%coordinates(zone%axis, all_nodes))
-      margin = node_tolerance * (maxval(mesh%coordinates(zone%axis, :)) - minval(mesh%coordinates(zone%axis, :)))
+      margin = rounding_of_data * (maxval(mesh%coordinates(zone%axis, :)) - minval(mesh%coordinates(zone%axis, :)))
       allocate (is_inside(size(place)), source=.true.)
       if (zone%has_minimum) is_inside = place >= zone%minimum - margin
       if (zone%has_maximum) is_inside = is_inside .and. place <= zone%maximum + margin

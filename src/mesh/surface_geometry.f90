@@ -5,6 +5,7 @@ module sig_surface_geometry
   use sig_element_types, only: element_type_with, element_types
   use sig_kinds, only: rk
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell, nodes_of_facet
+  use sig_rounding, only: rounding_of_data
   use sig_shape_functions, only: shape_coefficients, shape_slopes
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
@@ -148,8 +149,6 @@ contains
     real(rk), intent(in) :: area_vectors(:, :)
     !> [-] normals in the order of the group's nodes, shape (n_dim, number of nodes of the group)
     real(rk), allocatable :: normals(:, :)
-    !> [-] share of the facets' area below which a sum counts as zero
-    real(rk), parameter :: cancelled = 1.0e-9_rk
     real(rk), allocatable :: vectors(:, :), areas(:), own(:, :)
     integer :: i, j
 
@@ -168,7 +167,7 @@ contains
       allocate (normals(mesh%n_dim, size(group_nodes)), source=0.0_rk)
       do i = 1, size(group_nodes)
         associate (vector => vectors(:, group_nodes(i)))
-          if (norm2(vector) > cancelled * areas(group_nodes(i))) normals(:, i) = vector / norm2(vector)
+          if (norm2(vector) > rounding_of_data * areas(group_nodes(i))) normals(:, i) = vector / norm2(vector)
         end associate
       end do
     end associate

@@ -8,6 +8,7 @@ module sig_surface_pairing
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_surface
   use sig_quadratic_contact, only: check_partners, check_weights
+  use sig_rounding, only: rounding_of_data
   use sig_surface_geometry, only: averaged_normals, measure_surface, surface_geometry_t
   use sig_surface_pair, only: direction_text, node_text, offset_text, pairing_t, place_text, refuse, &
     refuse_common_node, refuse_facing, refuse_overlap, refuse_second_pair, refuse_unpaired, surface_pair_t
@@ -15,9 +16,6 @@ module sig_surface_pairing
   implicit none(type, external)
   private
   public :: open_surfaces, pair_surfaces, gap_of_pair
-
-  !> [-] a surface faces away from a direction if its `lean` is below the negative of this number
-  real(rk), parameter :: turned_tolerance = 1.0e-9_rk
 
 contains
 
@@ -130,11 +128,11 @@ contains
       surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
       first_lean = lean(surfaces%first_geometry, surfaces%normals(:, 1))
       second_lean = lean(surfaces%second_geometry, surfaces%normals(:, 1))
-      if (first_lean < -turned_tolerance .and. second_lean > turned_tolerance) then
+      if (first_lean < -rounding_of_data .and. second_lean > rounding_of_data) then
         call refuse_direction(surfaces, 'the contact direction ' // place_text(entry%direction) // " points from '" // &
                               entry%second%text // "' to '" // entry%first%text // "'; it must point from first to second", &
                               error, 'write direction: ' // direction_text(-entry%direction) // ', or swap first and second')
-      else if (first_lean < -turned_tolerance .or. second_lean > turned_tolerance) then
+      else if (first_lean < -rounding_of_data .or. second_lean > rounding_of_data) then
         call refuse_facing(surfaces, error, 'the outer side of one of them points away from the other')
       end if
     end associate
@@ -148,7 +146,7 @@ contains
 
     associate (entry => surfaces%entry)
       surfaces%normals = spread(entry%direction / norm2(entry%direction), 2, size(surfaces%first_nodes))
-      if (lean(surfaces%first_geometry, surfaces%normals(:, 1)) >= -turned_tolerance) return
+      if (lean(surfaces%first_geometry, surfaces%normals(:, 1)) >= -rounding_of_data) return
       call refuse(surfaces, entry%first, "the outer side of '" // entry%first%text // "' points away from the obstacle, which " // &
                   'lies in the direction ' // place_text(entry%direction), error, &
                   'the normal of a half space points out of it, the direction of a sphere leads from the surface to it')

@@ -9,6 +9,7 @@ module sig_condensed_certificate
   use sig_hanging_bodies, only: hanging_bodies_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: condensed_certificate_t
@@ -26,9 +27,6 @@ module sig_condensed_certificate
     procedure :: correct
     procedure :: certify
   end type condensed_certificate_t
-
-  !> [-] an answer whose relative bound is at most this counts as exact
-  real(rk), parameter :: exact = 1.0e-12_rk
 
 contains
 
@@ -124,10 +122,10 @@ contains
     forces = multipliers(self%free_rows)
     size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, closing))), data%largest_size)
     if (is_own .or. size(data%anchors) == 0) then
-      call answer%take_bound(self%bound%evaluate(forces, place, exact * size_of_answer), size_of_answer)
+      call answer%take_bound(self%bound%evaluate(forces, place, rounding * size_of_answer), size_of_answer)
     else if (self%bodies%are_balanced(free_opening, multipliers)) then
       call self%bodies%settle(multipliers, place, surplus)
-      call answer%take_bound(self%bound%evaluate(forces, place, exact * size_of_answer, surplus), size_of_answer)
+      call answer%take_bound(self%bound%evaluate(forces, place, rounding * size_of_answer, surplus), size_of_answer)
     else
       call answer%take_bound(huge(surplus), size_of_answer)
     end if

@@ -11,6 +11,7 @@ module sig_condensed_data
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
   use sig_reduced_exact, only: reduced_exact_t
+  use sig_rounding, only: rounding
   use sig_shape_checks, only: are_indices, is_matrix
   implicit none(type, external)
   private
@@ -49,7 +50,7 @@ module sig_condensed_data
     integer, allocatable :: reference_points(:)
     !> number of the reference nearest to each training point's set, 1-based; shape (n_points), or none
     integer, allocatable :: reference_of_point(:)
-    !> the transforms side by side, shape (n_multipliers, n_multipliers * n_references)
+    !> the transforms of W / transform_scale side by side, shape (n_multipliers, n_multipliers * n_references)
     real(rk), allocatable :: transforms(:, :)
   contains
     procedure :: complete
@@ -57,13 +58,11 @@ module sig_condensed_data
     procedure :: write
     procedure :: read
     procedure :: n_rows
+    procedure :: transform_scale
     procedure :: has_modes
     procedure :: open_freely
     procedure :: size_of_field
   end type condensed_data_t
-
-  !> [-] loads are in equilibrium if their work on a free motion is at most this share of the sum of its parts' sizes
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -133,6 +132,16 @@ contains
 
     n_rows = size(self%compliance, 1)
   end function n_rows
+
+  !> Returns the compliance [length/force], the largest entry of W, by which W and q are divided before they are transformed. A
+  !> transformed problem has forces and openings as unknowns; over a compliance these are forces, too, and what is small beside what
+  !> does not depend on the units.
+  pure real(rk) function transform_scale(self) result(scale)
+    class(condensed_data_t), intent(in) :: self
+
+    scale = max(0.0_rk, maxval(abs(self%compliance)))
+    if (.not. scale > 0) scale = 1
+  end function transform_scale
 
   !> Whether modes or compressed responses give the displacement of the dofs that are not exact.
   pure logical function has_modes(self)
@@ -217,7 +226,7 @@ contains
     call file%write(group // '/reference_of_point', self%reference_of_point, description= &
       'of each training point: the reference (1-based) whose active set is nearest to its own')
     call file%write(group // '/transforms', self%transforms, description= &
-      'principal pivot transforms, transposed, one below another')
+      'principal pivot transforms of compliance over its largest entry, transposed, one below another')
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.

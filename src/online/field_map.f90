@@ -6,7 +6,7 @@ module sig_field_map
   use sig_elasticity, only: n_stresses, stress_matrix, von_mises
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
-  use sig_nodal_values, only: cell_contact, closed_rows, nodal_contact, nodal_gaps, nodal_pressures
+  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_gaps, nodal_pressures
   use sig_strain_map, only: strain_map_t
   use sig_term_set, only: term_set_t
   use sig_text, only: string_t
@@ -141,7 +141,7 @@ contains
     self%contact_force = -reshape(map%rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
     self%contact_pressure = nodal_pressures(map%rows, multipliers, n_nodes)
     self%gap = nodal_gaps(map%rows, self%opening, n_nodes)
-    self%node_contact = nodal_contact(map%rows, closed_rows(multipliers), n_nodes)
+    self%node_contact = nodal_contact(map%rows, multipliers > 0, n_nodes)
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 

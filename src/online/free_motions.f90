@@ -5,45 +5,28 @@ module sig_free_motions
   use sig_independent_columns, only: independent_columns
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
+  use sig_rounding, only: dependent
   implicit none(type, external)
   private
-  public :: anchor_work, count_free_motions, free_motions, is_loaded
-
-  !> [-] a force up to this share of the largest force is rounding
-  real(rk), parameter :: rounding = 1.0e-9_rk
-  !> [-] a motion that moves contacts by at most this does not move them; motions have size 1
-  real(rk), parameter :: dependent = 1.0e-6_rk
+  public :: anchor_work, count_free_motions, free_motions
 
 contains
 
   !> Returns the number of independent combinations of rigid motions on which no contact force does work: the number of motions
   !> minus the rank of the rows of `work` that have a force.
-  pure integer function count_free_motions(work, forces, least) result(n_free)
+  pure integer function count_free_motions(work, forces) result(n_free)
     !> work of a unit force of each contact on each motion, shape (n, n_motions)
     real(rk), intent(in) :: work(:, :)
-    !> [force] >= 0, shape (n)
+    !> [force] >= 0, and 0 where they are only rounding, shape (n)
     real(rk), intent(in) :: forces(:)
-    !> [force] a force up to this one is rounding
-    real(rk), intent(in) :: least
     integer :: i
 
     n_free = size(work, 2)
     if (n_free == 0) return
-    associate (rows => pack([(i, i=1, size(forces))], is_loaded(forces, least)))
+    associate (rows => pack([(i, i=1, size(forces))], forces > 0))
       n_free = n_free - size(independent_columns(work(rows, :), dependent))
     end associate
   end function count_free_motions
-
-  !> Returns which forces are more than rounding: above `least`, and above 1e-9 of the largest.
-  pure function is_loaded(forces, least)
-    !> [force] shape (n)
-    real(rk), intent(in) :: forces(:)
-    !> [force]
-    real(rk), intent(in) :: least
-    logical :: is_loaded(size(forces))
-
-    is_loaded = forces > max(least, rounding * maxval(forces))
-  end function is_loaded
 
   !> Returns a basis of the combinations of motions on which the forces of some contacts do no work, one per column.
   function free_motions(work, is_holding) result(motions)

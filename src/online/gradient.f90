@@ -2,9 +2,11 @@
 !> Derivatives of an answer with respect to the parameters, where closed contacts with a force stay closed and open ones stay open.
 module sig_gradient
   use sig_answer, only: answer_t
-  use sig_free_motions, only: free_motions, is_loaded
+  use sig_free_motions, only: anchor_work, free_motions
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: lcp_derivative_t
+  use sig_lcp_rounding, only: small_forces
+  use sig_rounding, only: dependent, rounding_of_data
   implicit none(type, external)
   private
   public :: gradient_t
@@ -38,8 +40,6 @@ module sig_gradient
     !> has no derivative. Columns of zeros are no motions. Shape (n_anchors, n_anchors, n_parameters), in a condensed or
     !> interpolated part only
     real(rk), allocatable :: loose(:, :, :)
-    !> [force] a force up to this one is rounding, in such a part
-    real(rk) :: least_force = 0
   contains
     procedure :: find_loose
     procedure :: is_loose
@@ -93,22 +93,31 @@ contains
   end subroutine take_forces
 
   !> Finds the motions that neither the forces at the point nor those that arise beside it hold, for each parameter. Requires:
-  !> take_forces, and least_force is set.
-  subroutine find_loose(self, work, forces)
+  !> take_forces.
+  subroutine find_loose(self, matrix, anchors, scale, terms, unknowns, forces)
     class(gradient_t), intent(inout) :: self
-    !> work of each contact force on the motion of each anchor (anchor_work), shape (n_multipliers, n_anchors)
-    real(rk), intent(in) :: work(:, :)
-    !> [force] at the point, shape (n_multipliers)
+    !> [length/force] W, shape (n_multipliers, n_multipliers)
+    real(rk), intent(in) :: matrix(:, :)
+    !> rows that are anchors, 1-based, and [length/force] their scale
+    integer, intent(in) :: anchors(:)
+    real(rk), intent(in) :: scale
+    !> [length] result of `sizes`, shape (n_multipliers)
+    real(rk), intent(in) :: terms(:)
+    !> [force] z and forces at the point, shape (n_multipliers)
+    real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: forces(:)
-    real(rk), allocatable :: motions(:, :)
+    real(rk), allocatable :: arising(:), motions(:, :), work(:, :)
     integer :: i
 
     if (allocated(self%loose)) deallocate (self%loose)
-    allocate (self%loose(size(work, 2), size(work, 2), size(self%multipliers, 2)), source=0.0_rk)
-    if (size(work, 2) == 0) return
+    allocate (self%loose(size(anchors), size(anchors), size(self%multipliers, 2)), source=0.0_rk)
+    if (size(anchors) == 0) return
+    work = anchor_work(matrix, anchors, scale)
     do i = 1, size(self%multipliers, 2)
-      motions = free_motions(work, is_loaded(forces, self%least_force) .or. &
-        is_loaded(self%direction * self%multipliers(:, i) * self%lengths(i), self%least_force))
+      arising = self%direction * self%multipliers(:, i) * self%lengths(i)
+      motions = free_motions(work, forces > 0 .or. (arising > 0 .and. .not. &
+        small_forces(matrix, terms, anchors, scale, unknowns + abs(self%unknowns(:, i)) * self%lengths(i), arising, &
+          rounding_of_data)))
       self%loose(:, :size(motions, 2), i) = motions
     end do
   end subroutine find_loose
@@ -121,8 +130,7 @@ contains
     integer, intent(in) :: i_parameter
     !> [-] displacement of the dof as each anchor opens by 1, shape (n_anchors); the sign does not matter
     real(rk), intent(in) :: motion(:)
-    real(rk), parameter :: rounding = 1.0e-6_rk
 
-    is_loose = any(abs(matmul(motion, self%loose(:, :, i_parameter))) > rounding)
+    is_loose = any(abs(matmul(motion, self%loose(:, :, i_parameter))) > dependent)
   end function is_loose
 end module sig_gradient

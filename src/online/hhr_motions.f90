@@ -24,10 +24,9 @@ contains
     type(answer_t), intent(inout) :: answer
 
     if (size(data%motion_closing, 2) == 0) return
-    answer%n_free_motions = count_free_motions(data%motion_closing(data%contact_rows, :), answer%multipliers_rid, &
-      0.0_rk)
+    answer%n_free_motions = count_free_motions(data%motion_closing(data%contact_rows, :), answer%multipliers_rid)
     if (answer%n_free_motions == 0) return
     call fit%evaluate(data, answer%theta, answer%coordinates, answer%multipliers_rid, room%fit, room%multipliers)
-    answer%n_free_motions = count_free_motions(data%motion_closing, room%multipliers, 0.0_rk)
+    answer%n_free_motions = count_free_motions(data%motion_closing, room%multipliers)
   end subroutine count_hhr_motions
 end module sig_hhr_motions

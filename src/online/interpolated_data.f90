@@ -17,6 +17,7 @@ module sig_interpolated_data
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
   use sig_reduced_exact, only: reduced_exact_t
+  use sig_rounding, only: rounding
   use sig_shape_checks, only: are_indices, is_matrix, place_in_ascending
   use sig_text, only: to_text
   implicit none(type, external)
@@ -58,6 +59,7 @@ module sig_interpolated_data
     procedure :: complete
     procedure :: mismatch
     procedure :: evaluate
+    procedure :: opening_terms
     procedure :: field
     procedure :: has_material
     procedure :: has_bound
@@ -71,9 +73,6 @@ module sig_interpolated_data
     procedure :: write
     procedure :: read
   end type interpolated_data_t
-
-  !> [-] loads are in equilibrium if their work on a free motion is at most this share of the sum of its parts' sizes
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -259,6 +258,28 @@ contains
     end do
     size_of = sqrt(max(0.0_rk, size_of))
   end function size_of_field
+
+  !> Returns for each row the sum of the absolute values [length] of the terms of q: the gap for each term of theta, and the part of
+  !> each body as one term. For an anchor these are its forces for each term of theta, times `scale`.
+  function opening_terms(self, theta) result(terms)
+    class(interpolated_data_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> shape (n_multipliers)
+    real(rk) :: terms(size(self%gap, 1))
+    real(rk) :: of_body(size(self%gap, 1))
+    integer :: i
+
+    terms = 0
+    do i = 1, size(theta)
+      terms = terms + abs(self%gap(:, i) * theta(i))
+    end do
+    do i = 1, size(self%bodies)
+      of_body = 0
+      call self%bodies(i)%add_opening(theta, of_body)
+      terms = terms + abs(of_body)
+    end do
+    terms(self%anchors) = self%scale * matmul(abs(self%anchor_forces), abs(theta))
+  end function opening_terms
 
   !> Overwrites the rows and columns of the anchors in W (compliance) and q (opening): the unknown of an anchor becomes its opening
   !> over `scale`, and its complementary value becomes its force times `scale`. q of an anchor is 0 if it is at most 1e-12 of the

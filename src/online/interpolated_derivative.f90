@@ -8,7 +8,7 @@ module sig_interpolated_derivative
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_linear_algebra, only: multiply
-  use sig_reduced_exact, only: round_work, rounding_force
+  use sig_reduced_exact, only: round_work
   use sig_shape_checks, only: place_in_ascending
   implicit none(type, external)
   private
@@ -20,7 +20,7 @@ contains
   !> respect to each parameter. If is_singular is true, there is no derivative and `gradient` does not change: the contact forces
   !> are not unique, the loads move a body that no contact force holds (is_pushed), or the problem of the contacts that graze has no
   !> solution (differentiate_lcp).
-  subroutine differentiate_interpolated(data, theta, unknowns, coordinates, gradient, is_singular, is_pushed)
+  subroutine differentiate_interpolated(data, theta, unknowns, coordinates, forces, gradient, is_singular, is_pushed)
     class(interpolated_data_t), intent(in) :: data
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
@@ -28,12 +28,14 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     !> [length] coordinates of the modes, one body after the other
     real(rk), intent(in) :: coordinates(:)
+    !> [force] contact forces, shape (n_multipliers)
+    real(rk), intent(in) :: forces(:)
     !> in: direction, is_one_sided and theta; out: the other derivatives and n_grazing; is_one_sided becomes true for more
     !> parameters where a contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     logical, intent(out) :: is_singular
     logical, intent(out) :: is_pushed
-    real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:)
+    real(rk), allocatable :: changes(:, :), compliance(:, :), opening(:), terms(:)
     type(lcp_derivative_t) :: derivative
     integer :: i
 
@@ -45,13 +47,13 @@ contains
       call change_opening(data, theta, gradient%direction * gradient%theta(:, i), unknowns, changes(:, i))
     end do
     call round_work(data%anchors, data%scale * matmul(abs(data%anchor_forces), abs(gradient%theta)), changes)
-    call differentiate_lcp(compliance, opening, gradient%sizes(opening_terms(data, theta), changes), unknowns, changes, &
-      derivative, data%anchors)
+    terms = gradient%sizes(data%opening_terms(theta), changes)
+    call differentiate_lcp(compliance, opening, terms, unknowns, changes, derivative, data%anchors)
     is_singular = derivative%is_singular
     is_pushed = derivative%is_pushed
     if (is_singular) return
     call gradient%take_forces(derivative, data%anchors, data%scale)
-    gradient%least_force = rounding_force(compliance, opening_terms(data, theta))
+    call gradient%find_loose(compliance, data%anchors, data%scale, terms, unknowns, forces)
     if (allocated(gradient%moves)) deallocate (gradient%moves)
     allocate (gradient%moves(size(data%anchors), size(changes, 2)))
     if (allocated(gradient%coordinates)) deallocate (gradient%coordinates)
@@ -108,25 +110,6 @@ contains
         gradient%coordinates(first:last, i_parameter), dof)
     end do
   end function mode_displacement_change
-
-  !> Returns for each row the sum of the absolute values [length] of the terms of q: the gap for each term of theta, and the part of
-  !> each body as one term. For an anchor these are its forces for each term of theta, times `scale`.
-  function opening_terms(data, theta) result(terms)
-    class(interpolated_data_t), intent(in) :: data
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> shape (n_multipliers)
-    real(rk) :: terms(size(data%gap, 1))
-    real(rk) :: of_body(size(data%gap, 1))
-    integer :: i
-
-    terms = matmul(abs(data%gap), abs(theta))
-    do i = 1, size(data%bodies)
-      of_body = 0
-      call data%bodies(i)%add_opening(theta, of_body)
-      terms = terms + abs(of_body)
-    end do
-    terms(data%anchors) = data%scale * matmul(abs(data%anchor_forces), abs(theta))
-  end function opening_terms
 
   !> Computes the change, to first order, of W z + q (evaluate of sig_interpolated_data) for constant z and a given change of the
   !> terms.

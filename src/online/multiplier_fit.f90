@@ -13,6 +13,7 @@ module sig_multiplier_fit
   use sig_linear_algebra, only: multiply
   use sig_hhr_data, only: add_lifted, fill_openings, hhr_data_t
   use sig_nnls, only: nnls_t, nnls_workspace_t
+  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: work_of_loads, multiplier_fit_t, multiplier_fit_workspace_t
@@ -56,9 +57,6 @@ module sig_multiplier_fit
     !> [length] openings of all contacts, shape (n_multipliers)
     real(rk), allocatable, private :: opening(:)
   end type multiplier_fit_workspace_t
-
-  !> [-] work of the loads up to this share of the sum of its parts' sizes counts as zero
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 

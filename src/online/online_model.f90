@@ -3,6 +3,7 @@
 module sig_online_model
   use sig_kinds, only: rk
   use sig_model, only: complete_model, model_t
+  use sig_rounding, only: rounding_of_data
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -20,9 +21,6 @@ module sig_online_model
     procedure :: is_inside_box
     procedure :: lengths_at
   end type online_model_t
-
-  !> [-] a point counts as inside if it is outside by at most this share of the side's length (grid points are rounded)
-  real(rk), parameter :: box_tolerance = 1.0e-9_rk
 
 contains
 
@@ -117,8 +115,8 @@ contains
     if (i_opposite == 0) i_opposite = i_second
   end subroutine opposite_point
 
-  !> Whether the point lies in the trained box, on its border, or outside by at most 1e-9 of the length of a side (box_tolerance);
-  !> false if a parameter is NaN.
+  !> Whether the point lies in the trained box, on its border, or outside by at most 1e-9 of the length of a side, as points of
+  !> grids are rounded; false if a parameter is NaN.
   pure logical function is_inside_box(self, point)
     class(online_model_t), intent(in) :: self
     !> [unit of each parameter] shape (n_parameters)
@@ -128,7 +126,7 @@ contains
 
     is_inside_box = .true.
     do k = 1, size(point)
-      margin = box_tolerance * (self%model%box(2, k) - self%model%box(1, k))
+      margin = rounding_of_data * (self%model%box(2, k) - self%model%box(1, k))
       is_inside_box = is_inside_box .and. point(k) >= self%model%box(1, k) - margin .and. &
         point(k) <= self%model%box(2, k) + margin
     end do

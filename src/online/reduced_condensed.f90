@@ -12,24 +12,27 @@ module sig_reduced_condensed
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_displacement, only: condensed_anchor_motion, condensed_displacement_of_dof, fill_condensed_displacement
   use sig_description_line, only: line
-  use sig_free_motions, only: anchor_work
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: change_sets, lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp_rounding, only: drop_rounding, lcp_sizes_t
   use sig_linear_algebra, only: multiply
   use sig_pivot_transform, only: transform_columns
   use sig_reasons, only: reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, pushed, round_work, rounding_force, take_forces
+  use sig_reduced_exact, only: count_free, displacement_text, not_unique, pushed, round_work, take_forces
+  use sig_rounding, only: rounding
   use sig_text, only: counted
   implicit none(type, external)
   private
   public :: reduced_condensed_t
 
   type, extends(condensed_data_t) :: reduced_condensed_t
-    !> [length, or force at rows of the set, per unit of theta] q of each transform; shape (n_multipliers, n_terms, n_references)
+    !> [force per unit of theta] q / transform_scale of each transform; shape (n_multipliers, n_terms, n_references)
     real(rk), allocatable, private :: transformed_opening(:, :, :)
+    !> of W and q
+    type(lcp_sizes_t), private :: sizes
     !> active sets of the references, shape (n_multipliers, n_references)
     logical, allocatable, private :: reference_sets(:, :)
     type(condensed_certificate_t), allocatable, private :: certificate
@@ -56,7 +59,7 @@ module sig_reduced_condensed
     !> [length] openings without contact forces and with them, shape (n_multipliers)
     real(rk), allocatable :: free_opening(:)
     real(rk), allocatable :: opening(:)
-    !> [length, or force at rows of the set] q of the transformed problem, shape (n_multipliers)
+    !> [force] q of the transformed problem, shape (n_multipliers)
     real(rk), allocatable :: transformed(:)
     !> active set to start from; in solve_transformed for a while its difference to the reference; shape (n_multipliers)
     logical, allocatable :: start(:)
@@ -71,8 +74,8 @@ contains
     name = 'condensed'
   end function kind_of
 
-  !> Transforms the columns of free_opening for each reference, and factors W without the anchors, for bounds (can_certify says
-  !> whether this succeeds). There are no errors: message stays unallocated.
+  !> Measures W and q, transforms the columns of free_opening for each reference, and factors W without the anchors, for bounds
+  !> (can_certify says whether this succeeds). There are no errors: message stays unallocated.
   subroutine prepare(self, message)
     class(reduced_condensed_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
@@ -84,18 +87,21 @@ contains
     call move_alloc(certificate, self%certificate)
   end subroutine prepare
 
-  !> Transforms the columns of free_opening for each reference, which `solve` needs.
+  !> Measures W and q, and transforms the columns of free_opening for each reference: `solve` needs both.
   subroutine transform_openings(self)
     class(reduced_condensed_t), intent(inout) :: self
     integer :: i, n
+    real(rk) :: scale
 
+    call self%sizes%create(self%compliance, self%free_opening)
+    scale = self%transform_scale()
     n = size(self%compliance, 1)
     if (allocated(self%transformed_opening)) deallocate (self%transformed_opening, self%reference_sets)
     associate (points => self%reference_points)
       allocate (self%transformed_opening(n, size(self%free_opening, 2), size(points)), self%reference_sets(n, size(points)))
       do i = 1, size(points)
         call unpack_bits(self%start_sets(:, points(i)), self%reference_sets(:, i))
-        self%transformed_opening(:, :, i) = self%free_opening
+        self%transformed_opening(:, :, i) = self%free_opening / scale
         call transform_columns(self%transforms(:, (i - 1) * n + 1:i * n), self%reference_sets(:, i), &
           self%transformed_opening(:, :, i))
       end do
@@ -136,8 +142,12 @@ contains
         call solve_transformed(self, self%reference_of_point(near%nearest), theta, room, answer)
       if (answer%reason < 0) call solve_whole(self, room, answer)
       if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
-      if (answer%reason > 0) call take_forces(self%compliance, room%free_opening, self%anchors, self%scale, self%largest_size, &
-        room%opening, answer)
+      if (answer%reason <= 0) return
+      call take_forces(self%compliance, room%free_opening, self%anchors, self%scale, room%opening, answer)
+      call drop_rounding(self%sizes, self%compliance, self%free_opening, theta, self%anchors, self%scale, answer%unknowns, &
+        answer%multipliers)
+      call count_free(self%compliance, self%anchors, self%scale, answer)
+      call answer%take_all_forces()
     end select
   end subroutine solve
 
@@ -288,8 +298,6 @@ contains
     !> after certify for own forces
     type(condensed_room_t), intent(in) :: room
     type(answer_t), intent(inout) :: answer
-    !> [-] of the displacement, from the solves and sums that made it
-    real(rk), parameter :: rounding = 1.0e-12_rk
     real(rk) :: energy, size_of_field
 
     ! openings of anchors do not count in z'W z, as their rows and columns of W have opposite signs
@@ -323,8 +331,8 @@ contains
       message = not_unique
     else
       call gradient%take_forces(derivative, self%anchors, self%scale)
-      gradient%least_force = rounding_force(self%compliance, terms)
-      call gradient%find_loose(anchor_work(self%compliance, self%anchors, self%scale), answer%multipliers)
+      call gradient%find_loose(self%compliance, self%anchors, self%scale, gradient%sizes(terms, changes), answer%unknowns, &
+        answer%multipliers)
     end if
   end subroutine differentiate
 

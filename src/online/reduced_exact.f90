@@ -11,11 +11,12 @@ module sig_reduced_exact
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none, model_sizes_t, reduced_t, room_t
+  use sig_rounding, only: rounding_of_data
   use sig_shape_checks, only: are_indices, is_ascending, place_in_ascending
   use sig_text, only: join, string_t
   implicit none(type, external)
   private
-  public :: reduced_exact_t, displacement_text, round_work, rounding_force, take_forces
+  public :: reduced_exact_t, count_free, displacement_text, round_work, take_forces
 
   !> reasons why differentiate_lcp finds no derivatives
   character(*), parameter, public :: not_unique = 'the contact forces have no derivative at this point: they ' // &
@@ -165,12 +166,9 @@ contains
     call file%read(group // '/start_sets', self%start_sets, error)
   end subroutine read_shared
 
-  !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q, and counts the motions that no force
-  !> holds (n_free_motions). For an anchor the unknown is its opening over `scale` instead of its multiplier, and w is its
-  !> multiplier times `scale` instead of its opening. A force is only rounding, and becomes 0, if its size is at most 1e-12 of the
-  !> largest one in training. Its size is the force times the root of the largest diagonal entry of W at rows with forces, or of
-  !> `scale` if this is larger.
-  subroutine take_forces(compliance, free_opening, anchors, scale, largest_size, opening, answer)
+  !> Computes the multipliers from the unknowns z of a condensed problem, and w = W z + q. For an anchor the unknown is its opening
+  !> over `scale` instead of its multiplier, and w is its multiplier times `scale` instead of its opening.
+  subroutine take_forces(compliance, free_opening, anchors, scale, opening, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
     real(rk), contiguous, intent(in) :: compliance(:, :)
     !> [length] q, shape (n_multipliers)
@@ -179,54 +177,40 @@ contains
     integer, intent(in) :: anchors(:)
     !> [length/force]
     real(rk), intent(in) :: scale
-    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
-    real(rk), intent(in) :: largest_size
     !> [length] out: w, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
-    !> in: unknowns, [force] z; out: multipliers, n_free_motions, and what take_all_forces sets
+    !> in: unknowns, [force] z; out: multipliers
     type(answer_t), intent(inout) :: answer
-    real(rk), parameter :: rounding = 1.0e-12_rk
-    real(rk) :: diagonal, negligible
     integer :: i
 
     opening = free_opening
     call add_few_columns(compliance, answer%unknowns, opening)
     answer%multipliers = answer%unknowns
-    diagonal = merge(scale, 0.0_rk, size(anchors) > 0)
     do i = 1, size(anchors)
       associate (row => anchors(i))
         answer%multipliers(row) = merge(0.0_rk, max(0.0_rk, opening(row)) / scale, answer%unknowns(row) > 0)
       end associate
     end do
-    do i = 1, size(answer%multipliers)
-      if (answer%multipliers(i) > 0) diagonal = max(diagonal, compliance(i, i))
-    end do
-    negligible = rounding * largest_size
-    where (answer%multipliers * sqrt(diagonal) <= negligible) answer%multipliers = 0
-    answer%n_free_motions = 0
-    if (size(anchors) > 0) answer%n_free_motions = count_free_motions(anchor_work(compliance, anchors, scale), &
-      answer%multipliers, rounding_force(compliance, abs(free_opening)))
-    call answer%take_all_forces()
   end subroutine take_forces
 
-  !> Returns a force [force] that is rounding: it closes the softest contact by 1e-12 of the largest size of q;
-  !> 0 if all rows are anchors.
-  pure real(rk) function rounding_force(compliance, sizes) result(force)
+  !> Counts the motions that no force holds (n_free_motions).
+  subroutine count_free(compliance, anchors, scale, answer)
     !> [length/force] W, shape (n_multipliers, n_multipliers)
-    real(rk), intent(in) :: compliance(:, :)
-    !> [length] |q| or the sizes of its terms, shape (n_multipliers)
-    real(rk), intent(in) :: sizes(:)
-    real(rk), parameter :: rounding = 1.0e-12_rk
-    integer :: i
+    real(rk), contiguous, intent(in) :: compliance(:, :)
+    !> rows that are anchors, 1-based among the multipliers
+    integer, intent(in) :: anchors(:)
+    !> [length/force]
+    real(rk), intent(in) :: scale
+    !> in: multipliers, 0 where they are only rounding
+    type(answer_t), intent(inout) :: answer
 
-    force = 0
-    associate (softest => maxval([(compliance(i, i), i=1, size(sizes))]))
-      if (softest > 0) force = rounding * maxval(sizes) / softest
-    end associate
-  end function rounding_force
+    answer%n_free_motions = 0
+    if (size(anchors) == 0) return
+    answer%n_free_motions = count_free_motions(anchor_work(compliance, anchors, scale), answer%multipliers)
+  end subroutine count_free
 
-  !> Sets changes of the work of the loads on the motions of the anchors to zero if they are rounding: at most 1e-9 of their terms,
-  !> as the derivatives of the terms are differences.
+  !> Sets changes of the work of the loads on the motions of the anchors to zero if they are rounding beside their terms, which are
+  !> differences.
   pure subroutine round_work(anchors, terms, changes)
     !> 1-based among the rows
     integer, intent(in) :: anchors(:)
@@ -234,11 +218,10 @@ contains
     real(rk), intent(in) :: terms(:, :)
     !> changes of W z + q, shape (n_multipliers, n_parameters)
     real(rk), intent(inout) :: changes(:, :)
-    real(rk), parameter :: rounding = 1.0e-9_rk
     integer :: i
 
     do i = 1, size(anchors)
-      where (abs(changes(anchors(i), :)) <= rounding * terms(i, :)) changes(anchors(i), :) = 0
+      where (abs(changes(anchors(i), :)) <= rounding_of_data * terms(i, :)) changes(anchors(i), :) = 0
     end do
   end subroutine round_work
 

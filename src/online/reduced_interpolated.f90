@@ -18,10 +18,11 @@ module sig_reduced_interpolated
     interpolated_displacement_of_dof, n_modes_of, solve_modes
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp_rounding, only: drop_forces
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_no_material, reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_exact, only: displacement_text, not_unique, pushed, take_forces
+  use sig_reduced_exact, only: count_free, displacement_text, not_unique, pushed, take_forces
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
@@ -138,7 +139,10 @@ contains
       answer%unknowns = room%solution%lambda
       if (answer%reason == reason_ray .and. size(self%anchors) > 0) answer%reason = reason_pulled_off
       if (answer%reason <= 0) return
-      call take_forces(room%compliance, room%free_opening, self%anchors, self%scale, self%largest_size, room%opening, answer)
+      call take_forces(room%compliance, room%free_opening, self%anchors, self%scale, room%opening, answer)
+      call drop_forces(room%compliance, self%opening_terms(theta), self%anchors, self%scale, answer%unknowns, answer%multipliers)
+      call count_free(room%compliance, self%anchors, self%scale, answer)
+      call answer%take_all_forces()
       if (.not. self%has_modes()) return
       call solve_modes(self, theta, answer%unknowns, answer%coordinates, room%residual, room%field_size)
       call self%bound_displacement(room, answer)
@@ -339,13 +343,12 @@ contains
     character(:), allocatable, intent(out) :: message
     logical :: is_pushed, is_singular
 
-    call differentiate_interpolated(self, answer%theta, answer%unknowns, answer%coordinates, gradient, is_singular, is_pushed)
+    call differentiate_interpolated(self, answer%theta, answer%unknowns, answer%coordinates, answer%multipliers, gradient, &
+      is_singular, is_pushed)
     if (is_pushed) then
       message = pushed
     else if (is_singular) then
       message = not_unique
-    else
-      call gradient%find_loose(self%anchor_closing, answer%multipliers)
     end if
   end subroutine differentiate
 

@@ -7,7 +7,6 @@ module sig_resultant_map
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
-  use sig_nodal_values, only: least_force
   use sig_shape_checks, only: are_indices, is_matrix
   use sig_text, only: string_t
   implicit none(type, external)
@@ -58,10 +57,9 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those whose multiplier is
-  !> larger than 1e-12 of the largest multiplier of all contacts (least_force), and the resultant force, and moment about the
-  !> origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is not a number, the results of its entry
-  !> are not numbers either. It allocates nothing.
+  !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those with a force, and the
+  !> resultant force, and moment about the origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is
+  !> not a number, the results of its entry are not numbers either. It allocates nothing.
   pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
     !> [length**2, length in the plane] area of each row, shape (n_multipliers)
@@ -74,16 +72,14 @@ contains
     real(rk), intent(out) :: forces(:, :)
     !> [force*length] shape (n_moments, n_entries)
     real(rk), intent(out) :: moments(:, :)
-    real(rk) :: negligible
     integer :: i, k
 
-    negligible = least_force(multipliers)
     areas = 0
     forces = 0
     moments = 0
     do k = 1, size(self%entries)
       i = self%entries(k)
-      if (multipliers(k) > negligible) areas(i) = areas(i) + row_areas(k)
+      if (multipliers(k) > 0) areas(i) = areas(i) + row_areas(k)
       if (ieee_is_nan(multipliers(k))) areas(i) = ieee_value(1.0_rk, ieee_quiet_nan)
       forces(:, i) = forces(:, i) + multipliers(k) * self%unit_forces(:, k)
       moments(:, i) = moments(:, i) + multipliers(k) * self%unit_moments(:, k)

@@ -5,13 +5,11 @@ module sig_hat_functions
   use sig_contact_rows, only: contact_rows_t
   use sig_kinds, only: rk
   use sig_reduced_domain, only: reduced_domain_t
+  use sig_rounding, only: rounding
   use sig_side_motions, only: find_followers, followers_t, following_motion
   implicit none(type, external)
   private
   public :: hat_set_t, hats_of_rows, hats_of_all_nodes, hat_columns, select_hats
-
-  !> [-] a component of the normal (normal_of) of at most this size is rounding
-  real(rk), parameter :: negligible = 1.0e-12_rk
 
   !> A set of hats. Hat i moves one node along the contact normal; prescribed components of the node do not move. Where other
   !> contact rows contain this node, their owners move, too, so that the openings of these rows do not change.
@@ -119,7 +117,7 @@ contains
       associate (dofs => rows%dofs(start + 1:start + rows%n_dim), normal => normal_of(rows, row))
         hats%nodes(i) = (dofs(1) - 1) / rows%n_dim + 1
         if (merge(n_rows(hats%nodes(i)) > 1, .not. followers%is_possible(row), is_second)) cycle
-        hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(dofs) .or. abs(normal) <= negligible)
+        hats%values(:, i) = merge(0.0_rk, normal, is_prescribed(dofs) .or. abs(normal) <= rounding)
         hats%entries(i) = dot_product(rows%coefficients(start + 1:start + rows%n_dim), hats%values(:, i))
       end associate
       if (.not. is_second) call add_followers(rows, row, is_prescribed, followers, i, hats)

@@ -7,6 +7,7 @@ module sig_parameter_space
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_log, only: log_warning
   use sig_point_list, only: read_points
+  use sig_rounding, only: rounding
   use sig_sobol, only: sobol_points
   use sig_statistics, only: sort
   use sig_text, only: counted, join, short_number, string_t, to_text
@@ -76,13 +77,11 @@ contains
     real(rk), intent(in) :: point(:)
     !> >= 0; the search starts behind this number and goes on at the first point: records come nearly in the order of the points
     integer, intent(in) :: i_before
-    !> a point that went through a text file loses a few of its last bits
-    real(rk), parameter :: relative_tolerance = 1.0e-12_rk
     integer :: i
 
     do i = 0, size(points, 2) - 1
       i_point = modulo(i_before + i, size(points, 2)) + 1
-      if (all(abs(points(:, i_point) - point) <= relative_tolerance * max(abs(points(:, i_point)), abs(point)))) return
+      if (all(abs(points(:, i_point) - point) <= rounding * max(abs(points(:, i_point)), abs(point)))) return
     end do
     i_point = 0
   end function point_index

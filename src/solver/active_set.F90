@@ -13,7 +13,9 @@ module sig_active_set
   use sig_log, only: log_warning
   use sig_next_active_set, only: next_active_set
   use sig_petsc_support, only: create_vector
+  use sig_problem_sizes, only: problem_sizes_t, sizes_at
   use sig_reasons, only: reason_converged, reason_linear_solver, reason_max_iterations, reason_pulled_off
+  use sig_rounding, only: rounding
   use petsc
   implicit none(type, external)
   private
@@ -60,10 +62,8 @@ module sig_active_set
     logical, allocatable :: wanted(:)
   end type step_t
 
-  !> [-] a pull of at most this fraction of the largest multiplier, or a penetration of at most this fraction of the largest
-  !> displacement, is rounding and changes no status
-  real(rk), parameter :: rounding = 1.0e-12_rk
-  !> [-] of each accuracy level: what counts as rounding, and the tolerance of conjugate gradients (0: that of the options)
+  !> [-] of each accuracy level: what counts as rounding (next_active_set), and the tolerance of conjugate gradients (0: that of the
+  !> options)
   real(rk), parameter :: noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, 1.0e-9_rk]
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
   !> [-] noise_levels if the preconditioner is a factor: its tightest tolerance is as good as a new factorization
@@ -187,7 +187,7 @@ contains
       history = reshape([history, next], [size(next), size(history, 2) + 1])
       state%is_active = next
     end do
-    call finish_state(self%form, system, step%unknowns, step%residual, state)
+    call finish_state(self%form, system, theta, step%unknowns, step%residual, state)
   end subroutine find_set
 
   !> Returns the accuracy level with which each point begins: 1 (coarse) in general. It is the finest one if only contact holds some
@@ -368,10 +368,12 @@ contains
   end subroutine exchange_hold
 
   !> Sets displacement, without idle motions, and multipliers of the state. The multiplier of a pair is zero if state%is_active is
-  !> false for it, or if its computed force pulls.
-  pure subroutine finish_state(form, system, unknowns, residual, state)
+  !> false for it, or if its computed force pulls or is only rounding.
+  pure subroutine finish_state(form, system, theta, unknowns, residual, state)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system
+    !> [-] values of the terms, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
     !> [length] unknowns x of the bound form, and [force] T' (K T x - F), both natural, shape (n_dofs)
     real(rk), intent(in) :: unknowns(:)
     real(rk), intent(in) :: residual(:)
@@ -381,7 +383,31 @@ contains
     call form%to_displacement(system, state%displacement)
     call system%motions%idle%leave_out(system%motions, state%displacement)
     state%multipliers = merge(max(form%multipliers(residual), 0.0_rk), 0.0_rk, state%is_active)
+    where (state%multipliers <= unknown_force(form, system, theta, state%displacement, residual, state%is_active)) &
+      state%multipliers = 0
   end subroutine finish_state
+
+  !> Returns the largest force [force] that may be rounding: contact forces are what K u - F leaves at the nodes of closed pairs, so
+  !> they are known up to what it leaves where it should be zero, ten times to be safe, and up to rounding of its terms. The largest
+  !> sum of a row of K stands for those at the contacts, which are often ten times smaller. Other arguments: finish_state.
+  pure real(rk) function unknown_force(form, system, theta, displacement, residual, is_closed)
+    type(bound_form_t), intent(in) :: form
+    type(contact_system_t), intent(in) :: system
+    real(rk), intent(in) :: theta(:)
+    !> [length] u, shape (n_dofs)
+    real(rk), intent(in) :: displacement(:)
+    real(rk), intent(in) :: residual(:)
+    logical, intent(in) :: is_closed(:)
+    type(problem_sizes_t) :: sizes
+    logical :: is_free(size(residual))
+
+    is_free = .true.
+    is_free(system%boundary%prescribed_dofs) = .false.
+    is_free(pack(form%bounded_dofs, is_closed)) = .false.
+    sizes = sizes_at(system, theta)
+    unknown_force = max(10 * maxval(abs(residual), mask=is_free), &
+      rounding / 10 * max(system%stiffness_size * maxval(abs(displacement)), sizes%force))
+  end function unknown_force
 
   pure logical function has_column(columns, column)
     logical, intent(in) :: columns(:, :)

@@ -22,12 +22,14 @@ module sig_condensed
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_lcp_rounding, only: drop_rounding, lcp_sizes_t
   use sig_linear_algebra, only: add_product, transposed_product
   use sig_linear_solver, only: linear_solver_t
   use sig_memory, only: machine_memory
   use sig_petsc_support, only: max_over_ranks, multiply_block, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
+  use sig_rounding, only: rounding
   use sig_state_broadcast, only: broadcast_state
   use petsc
   implicit none(type, external)
@@ -76,9 +78,6 @@ module sig_condensed
   integer, parameter :: fewest_points_at_once = 4, most_points_at_once = 64
   !> [s] progress is told only if the responses to contact forces take longer
   real(rk), parameter :: seconds_of_silence = 3
-  !> [-] the work of the loads on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then
-  !> the loads are in equilibrium
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 
@@ -398,6 +397,7 @@ contains
     integer, intent(in) :: points(:)
     type(contact_state_t), intent(inout) :: states(:)
     real(rk), intent(inout) :: unknowns(:, :)
+    type(lcp_sizes_t) :: sizes
     type(lcp_solution_t) :: solution
     type(lcp_workspace_t) :: workspace
     real(rk) :: openings(size(unknowns, 1), size(points))
@@ -405,6 +405,7 @@ contains
     integer :: i
 
     if (size(points) == 0) return
+    call sizes%create(self%compliance, self%free_opening)
     openings = 0
     call add_product(1.0_rk, self%free_opening, theta(:, points), openings)
     start = openings(:, 1) < 0
@@ -423,6 +424,8 @@ contains
         state%is_active = solution%is_active
         unknowns(:, points(i)) = solution%lambda
         if (size(self%anchors%rows) > 0) call load_anchors(self, openings(:, i), solution, state)
+        call drop_rounding(sizes, self%compliance, self%free_opening, theta(:, points(i)), self%anchors%rows, self%scale, &
+          solution%lambda, state%multipliers)
         ! neighbors in a sweep have nearly the same contact
         if (solution%reason > 0) start = solution%is_active
       end associate

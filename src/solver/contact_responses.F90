@@ -13,6 +13,7 @@ module sig_contact_responses
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: max_over_ranks, multiply_block, sum_over_ranks
   use sig_reasons, only: reason_converged
+  use sig_rounding, only: rounding
   use petsc
   implicit none(type, external)
   private
@@ -20,9 +21,6 @@ module sig_contact_responses
 
   !> number of columns of H that are computed together: with more of them, solves are hardly faster and take more memory
   integer, parameter :: columns_at_once = 64
-  !> [-] the work of a load on a free motion is rounding if it is at most this share of the sum of the sizes of its parts; then the
-  !> load is in equilibrium
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 

@@ -5,6 +5,7 @@ module sig_holding
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert, solve_dense
   use sig_rigid_motions, only: rigid_motions_t
+  use sig_rounding, only: dependent, rounding
   use sig_ties, only: first_largest
   implicit none(type, external)
   private
@@ -21,11 +22,6 @@ module sig_holding
     !> [-] closing of all pairs by these motions, shape (n_rows, n_free)
     real(rk), allocatable :: closing(:, :)
   end type anchors_t
-
-  !> [-] a remainder of a row of B Z below this is rounding: motions have size 1
-  real(rk), parameter :: dependent = 1.0e-6_rk
-  !> [-] closings below this share of the largest are rounding
-  real(rk), parameter :: rounding = 1.0e-12_rk
 
 contains
 

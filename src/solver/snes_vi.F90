@@ -11,6 +11,8 @@ module sig_snes_vi
   use sig_kinds, only: rk
   use sig_linear_solver, only: constrain
   use sig_petsc_support, only: create_vector
+  use sig_problem_sizes, only: problem_sizes_t, sizes_at
+  use sig_rounding, only: rounding_of_data
   use sig_solver_c_interfaces, only: sig_snes_vi_solve
   use petsc
   implicit none(type, external)
@@ -64,7 +66,7 @@ contains
     forces = system%load(theta)
     call self%form%to_forces_on_unknowns(system, forces)
     PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, forces, constrained, rhs, ierr))
-    PetscCall(scales(self, system, theta, values, forces, length_scale, force_scale, ierr))
+    PetscCall(scales(self, system, theta, values, length_scale, force_scale, ierr))
     PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, solution, ierr))
     PetscCall(system%put(values, solution, ierr))
@@ -78,7 +80,7 @@ contains
     PetscCall(system%get(rhs, residual, ierr))
     residual = residual - forces
     state%is_active = unknowns(self%form%bounded_dofs) >= self%form%bounds(system, theta) - on_bound * length_scale
-    call finish_state(self%form, system, unknowns, residual, state)
+    call finish_state(self%form, system, theta, unknowns, residual, state)
     PetscCall(MatDestroy(constrained, ierr))
     PetscCall(VecDestroy(rhs, ierr))
     PetscCall(VecDestroy(upper, ierr))
@@ -86,32 +88,28 @@ contains
   end subroutine solve
 
   !> Computes the size of the displacements and of the forces that can occur at the point. length_scale [length] is the largest
-  !> absolute component of `values`, of the bounds of the unknowns, and of `loads` over largest_stiffness; 1 if these are zero.
-  !> force_scale [force] is the largest absolute component of K times `values` and of `loads`; if that is only rounding,
-  !> largest_stiffness times length_scale. Collective.
-  subroutine scales(self, system, theta, values, loads, length_scale, force_scale, ierr)
+  !> prescribed displacement, gap, or load over largest_stiffness; 1 if these are zero. force_scale [force] is the largest absolute
+  !> component of K times `values` or load; if that is only rounding, largest_stiffness times length_scale. Collective.
+  subroutine scales(self, system, theta, values, length_scale, force_scale, ierr)
     class(snes_vi_t), intent(in) :: self
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [length] prescribed displacements, 0 on all other dofs; natural, shape (n_dofs)
     real(rk), intent(in) :: values(:)
-    !> [force] loads on the unknowns of the bound form, natural, shape (n_dofs)
-    real(rk), intent(in) :: loads(:)
     real(rk), intent(out) :: length_scale
     real(rk), intent(out) :: force_scale
     PetscErrorCode, intent(out) :: ierr
-    !> [-]
-    real(rk), parameter :: rounding = 1.0e-10_rk
+    type(problem_sizes_t) :: sizes
     real(rk) :: forces(system%map%n_dofs)
 
-    length_scale = max(maxval(abs(values)), maxval(abs(self%form%bounds(system, theta))), &
-      maxval(abs(loads)) / self%largest_stiffness)
+    sizes = sizes_at(system, theta)
+    length_scale = max(sizes%motion, sizes%gap, sizes%force / self%largest_stiffness)
     if (length_scale <= 0) length_scale = 1
     PetscCall(system%apply_stiffness(values, forces, ierr))
-    force_scale = max(maxval(abs(forces)), maxval(abs(loads)))
+    force_scale = max(maxval(abs(forces)), sizes%force)
     ! a rigid tool that moves as a whole strains nothing by itself: what is left of K u is rounding
-    if (force_scale <= rounding * self%largest_stiffness * length_scale) force_scale = self%largest_stiffness * length_scale
+    if (force_scale <= rounding_of_data * self%largest_stiffness * length_scale) force_scale = self%largest_stiffness * length_scale
   end subroutine scales
 
   !> Makes the vector of upper bounds in units of length_scale; infinite except for the bounded unknowns. Collective.

@@ -14,6 +14,7 @@ module sig_window_rule
   use sig_facet_points, only: add_point, facet_rule_t, fine_points, fine_weights, gauss_points, gauss_weights, make_room, &
     n_fine, n_gauss, window_t
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding_of_data
   use sig_shape_functions, only: shape_coefficients, shape_values
   implicit none(type, external)
   private
@@ -23,8 +24,6 @@ module sig_window_rule
   !> results of facet_position: where a facet lies relative to a window
   integer, parameter :: facet_outside = 0, facet_cut = 1, facet_inside = 2
 
-  !> [-] a node that is outside of the window by at most this fraction of the facet's size counts as inside (rounding errors)
-  real(rk), parameter :: node_tolerance = 1.0e-9_rk
   !> nodes of a triangle at (s, t) = (0, 0), (1, 0), (1, 1), (0, 1)
   integer, parameter :: triangle_corners(4) = [1, 2, 2, 3]
   !> most corners of a linear face
@@ -145,7 +144,7 @@ contains
     margin = 0
     if (.not. window%is_cut) then
       do k = 1, size(lower)
-        margin = max(margin, node_tolerance * (upper(k) - lower(k)))
+        margin = max(margin, rounding_of_data * (upper(k) - lower(k)))
       end do
     end if
     associate (low => lower(window%axis), high => upper(window%axis))

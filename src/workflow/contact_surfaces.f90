@@ -11,7 +11,7 @@ module sig_contact_surfaces
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_model, only: model_t
-  use sig_nodal_values, only: cell_contact, closed_rows, nodal_contact, nodal_gaps, nodal_pressures
+  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_gaps, nodal_pressures
   implicit none(type, external)
   private
   public :: contact_surfaces_t
@@ -236,7 +236,7 @@ contains
     logical :: is_closed(size(multipliers))
     integer :: i, states(self%n_body_nodes), touching(self%mesh%n_nodes)
 
-    is_closed = closed_rows(multipliers)
+    is_closed = multipliers > 0
     do i = 1, size(self%entry_rows)
       associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
         indices => self%entry_rows(i)%indices)

@@ -150,8 +150,7 @@ contains
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes for each contact of the deck the area that touches at the present point: that of the rows whose force is above
-  !> least_force.
+  !> Writes for each contact of the deck the area that touches at the present point: that of the rows with a force.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model

@@ -20,6 +20,7 @@ module sig_interpolation_residuals
   use sig_linear_algebra, only: transposed_product
   use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
   use sig_problem, only: problem_t
+  use sig_rounding, only: rounding
   use sig_singular_values, only: svd
   use petsc
   implicit none(type, external)
@@ -28,9 +29,6 @@ module sig_interpolation_residuals
 
   !> number of places from which widest_place chooses
   integer, parameter :: n_places = 101
-  !> [-] rounding of compliances, over the largest: smaller singular values of W_0 count as zero, such as those of contact rows
-  !> without a node of the body; share_of_others lessens the diagonal of W_others by as much
-  real(rk), parameter :: rank_tolerance = 1.0e-12_rk
 
 contains
 
@@ -251,7 +249,7 @@ contains
 
     free = pack([(i, i=1, size(compliance, 1))], [(all(anchors%rows /= i), i=1, size(compliance, 1))])
     call svd(compliance(free, free), u, s, vt)
-    n = count(s > rank_tolerance * maxval([0.0_rk, s]))
+    n = count(s > rounding * maxval([0.0_rk, s]))
     scaled = matmul(transpose(u(:, :n)), openings(free, :))
     do i = 1, n
       scaled(i, :) = scaled(i, :) / sqrt(s(i))
@@ -282,7 +280,7 @@ contains
     own = (compliance(free, free) + transpose(compliance(free, free))) / 2
     factor = (others(free, free) + transpose(others(free, free))) / 2
     do i = 1, size(free)
-      factor(i, i) = factor(i, i) - rank_tolerance * maxval(abs(others))
+      factor(i, i) = factor(i, i) - rounding * maxval(abs(others))
     end do
     call factor_cholesky(size(free), factor, info)
     if (info /= 0) return

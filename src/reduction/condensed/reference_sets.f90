@@ -133,16 +133,17 @@ contains
     !> [s] progress is told only if the transforms take longer
     real(rk), parameter :: seconds_of_silence = 3
     type(progress_t) :: progress
-    real(rk), allocatable :: transforms(:, :)
+    real(rk), allocatable :: scaled(:, :), transforms(:, :)
     integer :: i, n
     logical :: is_singular
 
     n = size(sets, 1)
+    scaled = data%compliance / data%transform_scale()
     allocate (transforms(n, n * size(points)))
     call progress%start('pivot transforms', size(points), seconds_of_silence)
     do i = 1, size(points)
       associate (first => n * size(data%reference_points) + 1)
-        call transform_matrix(data%compliance, sets(:, points(i)), transforms(:, first:first + n - 1), is_singular)
+        call transform_matrix(scaled, sets(:, points(i)), transforms(:, first:first + n - 1), is_singular)
       end associate
       if (.not. is_singular) data%reference_points = [data%reference_points, points(i)]
       call progress%advance(i)

@@ -21,6 +21,7 @@ module sig_tied_training
   use sig_reduced, only: reduced_t
   use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets
+  use sig_rounding, only: rounding
   use sig_singular_values, only: svd
   use sig_term_values, only: evaluate_points
   use sig_text, only: counted, short_number, to_text
@@ -216,7 +217,6 @@ contains
     real(rk), intent(in) :: forces(:, :)
     real(rk), allocatable :: patterns(:, :)
     real(rk), allocatable :: u(:, :), s(:), vt(:, :)
-    real(rk), parameter :: rounding = 1.0e-12_rk
 
     call svd(forces, u, s, vt)
     patterns = u(:, :count(s > rounding * maxval([0.0_rk, s])))

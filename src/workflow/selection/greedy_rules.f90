@@ -5,6 +5,7 @@ module sig_greedy_rules
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_parameter_space, only: format_point
+  use sig_rounding, only: rounding
   use sig_selection, only: selection_t, stopped_by_budget, stopped_by_candidates, stopped_by_tolerance
   use sig_text, only: csv_number, to_text
   use sig_ties, only: first_largest
@@ -98,8 +99,6 @@ contains
     real(rk), intent(in) :: distance
     !> [-] shape (n_candidates)
     real(rk), intent(inout) :: defects(:)
-    !> [-] two points as near as this are one
-    real(rk), parameter :: rounding = 1.0e-12_rk
     integer :: i
 
     do i = 1, size(defects)

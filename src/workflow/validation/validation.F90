@@ -24,6 +24,7 @@ module sig_validation
   use sig_answer_errors, only: comparison_t, negligible_share
   use sig_query, only: query_t
   use sig_reasons, only: reason_converged
+  use sig_rounding, only: rounding
   use sig_statistics, only: summarize, statistics_t
   use sig_stop_request, only: agree_to_stop
   use sig_term_values, only: evaluate_points
@@ -319,8 +320,9 @@ contains
     outcome%full_order_seconds = seconds%median
   end subroutine unpack_table
 
-  !> Computes the errors of all points from their comparisons. A size is negligible below a share (negligible_share, its square for
-  !> energies) of the largest one at all points with a full-order solution; for the forces of the reduced domain, of all forces.
+  !> Computes the errors of all points from their comparisons. A size is negligible below a share of the largest one at all points
+  !> with a full-order solution; for the forces of the reduced domain, of all forces. The share is negligible_share, and 1e-12 for
+  !> energies, which is rounding where a body moves as a whole.
   pure subroutine relate_errors(table, is_solved, errors)
     !> differences, then sizes, as in table_column; shape (2 * n_comparisons, n_points)
     real(rk), intent(in) :: table(:, :)
@@ -329,14 +331,16 @@ contains
     !> rows as in error_names, shape (n_errors, n_points)
     real(rk), allocatable, intent(out) :: errors(:, :)
     type(comparison_t) :: comparisons(n_comparisons)
-    real(rk) :: floors(n_comparisons), relative(n_comparisons)
+    real(rk) :: floors(n_comparisons), relative(n_comparisons), shares(n_comparisons)
     integer :: i
 
     do i = 1, n_comparisons
       floors(i) = max(0.0_rk, maxval(table(n_comparisons + i, :), mask=is_solved))
     end do
     floors(2) = floors(3)
-    floors = floors * negligible_share**[1, 1, 1, 2, 2, 1, 1, 1, 1]
+    shares = negligible_share
+    shares(4:5) = rounding
+    floors = floors * shares
     allocate (errors(n_errors, size(table, 2)))
     do i = 1, size(table, 2)
       comparisons%difference = table(:n_comparisons, i)
