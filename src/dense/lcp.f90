@@ -70,7 +70,7 @@ contains
     solution%residual = 0
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
-    workspace%is_symmetric = .true.
+    workspace%is_symmetric = is_symmetric(matrix)
     tries: do i_try = 1, size(tolerances)
       workspace%tolerance = tolerances(i_try)
       if (size(is_active_start) == size(q)) then
@@ -141,7 +141,7 @@ contains
 
     call start_solution(size(q), other)
     call workspace%reserve(size(q))
-    workspace%is_symmetric = .true.
+    workspace%is_symmetric = is_symmetric(matrix)
     other%is_active = is_active_start
     call run_active_set(matrix, q, other%is_active, workspace, other%reason, other%n_iterations, known%is_active)
     call finish(matrix, q, workspace, other, is_found)
@@ -299,4 +299,18 @@ contains
       if (.not. size_of_row <= huge(violation)) solution%residual = huge(violation)
     end do
   end subroutine measure_residual
+
+  !> Whether the matrix is exactly symmetric. Callers make a matrix that should be symmetric exactly so.
+  pure logical function is_symmetric(matrix)
+    real(rk), intent(in) :: matrix(:, :)
+    integer :: i, j
+
+    is_symmetric = .false.
+    do j = 1, size(matrix, 2)
+      do i = j + 1, size(matrix, 1)
+        if (abs(matrix(i, j) - matrix(j, i)) > 0) return
+      end do
+    end do
+    is_symmetric = .true.
+  end function is_symmetric
 end module sig_lcp

@@ -63,7 +63,7 @@ module sig_lcp_types
     logical, allocatable :: is_violated(:)
     !> the matrix of the set is singular; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
-    !> matrices of sets may be symmetric: those that are, and are positive definite, are factored by Cholesky, with half the work
+    !> W is symmetric: matrices of sets are then factored by Cholesky, with half the work, if they are positive definite
     logical :: is_symmetric = .false.
     !> the factors of the set are from Cholesky
     logical :: is_cholesky = .false.
@@ -186,9 +186,8 @@ contains
     end do
   end subroutine gather
 
-  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is symmetric and
-  !> positive definite, else by LU with row exchanges. workspace%is_cholesky says which. Sets without open anchors are symmetric,
-  !> though W is not. Requires: gather.
+  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is positive definite,
+  !> else by LU with row exchanges. workspace%is_cholesky says which. Requires: gather.
   subroutine factor_set(matrix, is_active, workspace, n, info)
     real(rk), intent(in) :: matrix(:, :)
     logical, intent(in) :: is_active(:)
@@ -199,7 +198,6 @@ contains
     integer, intent(out) :: info
 
     workspace%is_cholesky = workspace%is_symmetric
-    if (workspace%is_cholesky) workspace%is_cholesky = is_symmetric(workspace%factors(:n, :n))
     if (workspace%is_cholesky) then
       call factor_cholesky(n, workspace%factors, info)
       if (info == 0) return
@@ -208,27 +206,6 @@ contains
     end if
     call factor_lu(n, workspace%factors, workspace%pivots, info)
   end subroutine factor_set
-
-  !> Whether the matrix is exactly symmetric. Callers make a matrix that should be symmetric exactly so. It is compared in squares
-  !> that stay in the cache.
-  pure logical function is_symmetric(matrix)
-    real(rk), intent(in) :: matrix(:, :)
-    integer, parameter :: side = 64
-    integer :: first, i, j, k, n
-
-    is_symmetric = .false.
-    n = size(matrix, 1)
-    do first = 1, n, side
-      do k = first, n, side
-        do j = first, min(first + side - 1, n)
-          do i = max(k, j + 1), min(k + side - 1, n)
-            if (abs(matrix(i, j) - matrix(j, i)) > 0) return
-          end do
-        end do
-      end do
-    end do
-    is_symmetric = .true.
-  end function is_symmetric
 
   !> Computes the smallest over the largest absolute value of the first n diagonal entries of the factors (of Cholesky: the roots of
   !> the pivots); 0 where one is not finite or all are zero.

@@ -275,5 +275,7 @@ contains
 
     text = 'take more training points, or a larger reduction.max_full_order_size, which leaves room for exact displacements'
     if (kind == 'hhr') text = accuracy_advice(kind)
+    if (kind == 'condensed') text = 'take reduction.displacement_tolerance: 0, which keeps all responses as they are if ' // &
+      'reduction.max_full_order_size allows it'
   end function field_advice
 end module sig_accuracy_warnings

@@ -16,9 +16,9 @@ module sig_model
 
   !> version of the file layout; it increases when an older reader would misread the file (5: displacements of condensed parts
   !> in the norm of the stiffness)
-  integer, parameter, public :: model_format_version = 5
+  integer, parameter, public :: model_format_version = 6
   !> oldest layout that can be read
-  integer, parameter, public :: oldest_model_format = 5
+  integer, parameter, public :: oldest_model_format = 6
 
   !> Nodes of one side of all contacts; the nodes of contact k are starts(k) + 1 ... starts(k + 1).
   type :: contact_side_t

@@ -2,7 +2,7 @@
 !> Plans the stages of a study together: its sampling, training and validation share one solver. A condensed model needs the
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
-  use sig_condensed_plan, only: choose_model_kind, model_size, most_references
+  use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, model_size, most_references, plan_displacements
   use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -10,7 +10,7 @@ module sig_study_plan
   use sig_parameter_space, only: build_points
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
-  use sig_solver_costs, only: condensed_cost, cost_t, operator(+), point_cost, problem_size_t, times
+  use sig_solver_costs, only: condensed_cost, cost_t, operator(+), point_cost, problem_size_t, solves_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
   use sig_text, only: counted, string_t
   implicit none(type, external)
@@ -116,15 +116,24 @@ contains
     end associate
   end function stage_lines
 
-  !> Returns the cost of training a condensed model: the responses, unless sampling has made them, the pivot transforms, and the
-  !> model on every rank.
+  !> Returns the cost of training a condensed model: the responses, unless sampling has made them, the pivot transforms, the model
+  !> on every rank, and the compression of displacements, for which the responses are computed once more. Where few modes are
+  !> enough, there is no compression; that is known only then.
   type(cost_t) function training_cost(problem) result(cost)
     type(problem_t), intent(in) :: problem
+    !> [s] for each number of the responses
+    real(rk), parameter :: per_compressed_number = 3.0e-7_rk
+    type(displacement_plan_t) :: displacements
+    type(cost_t) :: responses
 
     associate (sizes => problem%sizes)
       cost = times(most_references, point_cost(sizes))
       cost%bytes = bytes_of_responses(sizes) + sizes%n_ranks * model_size(problem)
       if (problem%plan%type /= 'condensed') cost = cost + condensed_cost(sizes)
+      displacements = plan_displacements(problem)
+      if (.not. displacements%has_modes) return
+      responses = solves_cost(sizes, sizes%n_multipliers)
+      cost%seconds = cost%seconds + responses%seconds + per_compressed_number * sizes%n_dofs * real(sizes%n_multipliers, rk)
     end associate
   end function training_cost
 

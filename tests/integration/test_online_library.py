@@ -325,7 +325,7 @@ def test_describe_tells_what_a_reader_wants(signorom, post, model):
         "e_lambda_rid",
         "by active_set",
         "the full-order model answers (forces and displacements)",
-        "model format 5",
+        "model format 6",
     ):
         assert words in text, text
     with post.Model(model) as asked:

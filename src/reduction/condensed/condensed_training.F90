@@ -61,6 +61,7 @@ contains
       return
     end if
     call measure_forces(multipliers, reduced)
+    call drop_idle_terms(reduced)
     call move_alloc(reduced, part)
   end subroutine condense_fallback
 
@@ -102,8 +103,22 @@ contains
     else if (size(plan%exact_dofs) > 0) then
       PetscCall(measure_displacements(full_order%problem, snapshots, reduced, ierr))
     end if
+    call drop_idle_terms(reduced)
     call move_alloc(reduced, part)
   end subroutine train_condensed
+
+  !> Leaves out the last terms that displace no dof, such as the gaps of a moving obstacle, one for each node.
+  pure subroutine drop_idle_terms(data)
+    class(condensed_data_t), intent(inout) :: data
+    integer :: n
+
+    n = size(data%free_response, 2)
+    do while (n > 0)
+      if (any(abs(data%free_response(:, n)) > 0)) exit
+      n = n - 1
+    end do
+    data%free_response = data%free_response(:, :n)
+  end subroutine drop_idle_terms
 
   !> Takes from the condensed solver W and q, and the displacements G (per term) and H (per contact force) of the dofs with exact
   !> displacements. Collective on all ranks, with the same result on each.

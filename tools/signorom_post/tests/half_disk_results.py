@@ -169,7 +169,7 @@ def write_snapshots(path: Path, disks: HalfDisks) -> None:
 def write_model(path: Path, disks: HalfDisks, n_clusters: int = 1) -> None:
     with h5py.File(path, "w") as file:
         file.attrs["format"] = "signorom model"
-        file.attrs["format_version"] = 5
+        file.attrs["format_version"] = 6
         file["deck"] = DECK
         file["title"] = "Two half disks pressed together"
         file["units/length"], file["units/force"] = "m", "N"
