@@ -6,13 +6,14 @@ module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_data, only: condensed_data_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
+  use sig_contact_field, only: contact_field_t
   use sig_contact_field_training, only: add_contact_field, measure_displacements
   use sig_contact_responses, only: columns_at_once
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_log, only: log_warning
+  use sig_log, only: log_info, log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
@@ -20,6 +21,7 @@ module sig_condensed_training
   use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reference_check, only: drop_inaccurate_references
   use sig_reference_sets, only: choose_references, start_sets_of
+  use sig_text, only: short_number
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -90,6 +92,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(reduced_condensed_t), allocatable :: reduced
     type(displacement_plan_t) :: plan
+    real(rk) :: field_error
 
     plan = plan_displacements(full_order%problem)
     PetscCall(condense(full_order, plan, reduced, ierr))
@@ -99,13 +102,48 @@ contains
     call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced, error)
     call drop_inaccurate_references(full_order%problem, snapshots, reduced)
     if (plan%has_modes) then
-      PetscCall(add_contact_field(full_order, snapshots, reduced, ierr))
+      PetscCall(add_contact_field(full_order, snapshots, reduced, field_error, ierr))
+      PetscCall(replace_field(full_order, field_error, reduced, ierr))
     else if (size(plan%exact_dofs) > 0) then
       PetscCall(measure_displacements(full_order%problem, snapshots, reduced, ierr))
     end if
     call drop_idle_terms(reduced)
     call move_alloc(reduced, part)
   end subroutine train_condensed
+
+  !> Keeps the responses of all dofs as they are where modes or compressed responses miss reduction.displacement_tolerance, if they
+  !> have room; else it warns. Single precision is not enough where parts of a displacement are far larger than their sum.
+  !> Collective on all ranks.
+  subroutine replace_field(full_order, error, reduced, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    !> [-] largest error of displacements
+    real(rk), intent(in) :: error
+    !> its free responses are those of all dofs
+    type(reduced_condensed_t), intent(inout) :: reduced
+    PetscErrorCode, intent(out) :: ierr
+    type(team_t), pointer :: team
+    type(condensed_t), pointer :: condensed
+    integer :: i
+
+    ierr = 0
+    associate (problem => full_order%problem, tolerance => full_order%problem%deck%reduction%displacement_tolerance)
+      if (error <= tolerance) return
+      if (problem%deck%reduction%displacement%type /= 'auto' .or. .not. all_dofs_fit(problem)) then
+        call log_warning('displacements ' // reduced%field%describe() // ' have an error in energy of up to ' // &
+          short_number(error, 2) // ', more than reduction.displacement_tolerance (' // short_number(tolerance, 2) // ')')
+        return
+      end if
+      call log_info('this is more than reduction.displacement_tolerance (' // short_number(tolerance, 2) // &
+        '): the responses of all nodes are kept as they are')
+      PetscCall(full_order%ready_team(team, ierr))
+      PetscCall(team%solver%condense(condensed, ierr))
+      reduced%exact_dofs = [(i, i=1, problem%mesh%n_dim * problem%mesh%n_nodes)]
+      reduced%field = contact_field_t()
+      call reduced%field%complete(size(reduced%exact_dofs), problem%rows%n_rows)
+      PetscCall(share_contact_response(team, condensed, reduced%exact_dofs, reduced%contact_response, ierr))
+      PetscCall(broadcast_columns(reduced%contact_response, PETSC_COMM_WORLD, ierr))
+    end associate
+  end subroutine replace_field
 
   !> Leaves out the last terms that displace no dof, such as the gaps of a moving obstacle, one for each node.
   pure subroutine drop_idle_terms(data)
