@@ -6,7 +6,7 @@ module sig_deck_check_strains
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
   use sig_text, only: to_text
-  use sig_value_products, only: max_product, max_products, product_t, split_products
+  use sig_value_products, only: max_product, product_t, split_products
   implicit none(type, external)
   private
   public :: check_imposed_strain, check_products
@@ -60,11 +60,6 @@ contains
     if (.not. (value%uses_parameters .and. value%uses_coordinates)) return
     call split_products(value%text, tree%parameter_names, tree%coordinate_names, products, is_split, factor)
     if (is_split) return
-    if (size(products) > max_products) then
-      call tree%report_at(path, 'is a sum of ' // to_text(size(products)) // ' products or more; at most ' // &
-        to_text(max_products) // ' are possible')
-      return
-    end if
     if (factor == '') then
       length = maxval([(max(len(products(i)%of_parameters), len(products(i)%of_place)), i=1, size(products))])
       call tree%report_at(path, 'has a product that is too long: with parentheses around each, its factors of the parameters, ' // &

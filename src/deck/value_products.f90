@@ -5,7 +5,7 @@ module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: max_product, max_products, product_t, split_products
+  public :: max_product, product_t, split_products
 
   !> One product, as two expressions.
   type :: product_t
@@ -18,7 +18,7 @@ module sig_value_products
   !> largest number of characters of of_parameters, and of of_place. Either may be longer than the text in the deck, because each
   !> factor gets parentheses
   integer, parameter :: max_product = 1000
-  !> An expression is not split into more products than this; each is a load case.
+  !> Parentheses are not multiplied out to more products than this; each is a load case.
   integer, parameter :: max_products = 64
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
@@ -36,8 +36,8 @@ contains
     type(string_t), intent(in) :: coordinate_names(:)
     !> must not be used unless is_split
     type(product_t), allocatable, intent(out) :: products(:)
-    !> whether no factor depends on both parameters and coordinates, there are at most max_products, and no text is longer than
-    !> max_product; always true for an expression that is one product
+    !> whether no factor depends on both parameters and coordinates, and no text is longer than max_product; always true for an
+    !> expression that is one product
     logical, intent(out) :: is_split
     !> first factor that depends on both, as it stands in the text; empty if there is none
     character(:), allocatable, intent(out), optional :: mixed_factor
@@ -66,7 +66,7 @@ contains
         if (first_mixed == '') first_mixed = mixed
         call append_products(products, own)
       end do
-      is_split = first_mixed == '' .and. size(products) <= max_products
+      is_split = first_mixed == ''
       do i = 1, size(products)
         if (products(i)%of_place == '') products(i)%of_place = '1'
         is_split = is_split .and. max(len(products(i)%of_parameters), len(products(i)%of_place)) <= max_product
@@ -83,7 +83,8 @@ contains
     type(string_t), intent(in) :: parameter_names(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(product_t), allocatable, intent(out) :: products(:)
-    !> first factor that depends on both and cannot be multiplied out; empty if there is none
+    !> first factor that depends on both and cannot be multiplied out, the whole addend if that gives more than max_products; empty
+    !> if there is none
     character(:), allocatable, intent(out) :: mixed
     type(product_t), allocatable :: inner(:)
     character(:), allocatable :: inner_mixed
@@ -116,6 +117,7 @@ contains
       if (last < len(addend)) sign = signs(last + 1:last + 1)
       first = last + 2
     end do
+    if (mixed == '' .and. size(products) > max_products) mixed = trim(adjustl(addend))
   end subroutine split_addend
 
   !> Whether the factor is one pair of parentheses, with a sign or without one.
