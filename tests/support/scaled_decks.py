@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import yaml
 
+from gmsh_mesh import write_moved_mesh
 from program import ROOT
 
 SCHEMA = json.loads((ROOT / "input" / "deck.schema.json").read_text())
@@ -51,7 +52,7 @@ def write_scaled_deck(source, folder, scales, changes=None):
             deck[name] = section
     scaled = ScaledDeck(deck, scales)
     mesh = (source.parent / deck["mesh"]["file"]).resolve()
-    write_scaled_mesh(mesh, folder / mesh.name, scales.length)
+    write_moved_mesh(mesh, folder / mesh.name, factor=scales.length)
     text = scaled.walk(deck, SCHEMA, "")
     text["mesh"]["file"] = mesh.name
     for name in ("training", "test"):
@@ -167,17 +168,3 @@ def resolve(schema):
             referred = referred[name]
         schema = referred | {key: value for key, value in schema.items() if key != "$ref"}
     return schema if isinstance(schema, dict) else {}
-
-
-def write_scaled_mesh(source, path, factor):
-    """Writes a gmsh 4.1 text mesh with all coordinates multiplied; the boxes of $Entities stay, nobody reads them."""
-    lines = source.read_text().splitlines()
-    i_line = lines.index("$Nodes") + 2
-    while lines[i_line] != "$EndNodes":
-        n_nodes = int(lines[i_line].split()[3])
-        first = i_line + 1 + n_nodes
-        for i in range(first, first + n_nodes):
-            moved = np.array([float(word) for word in lines[i].split()]) * factor
-            lines[i] = " ".join(repr(value) for value in moved.tolist())
-        i_line = first + n_nodes
-    path.write_text("\n".join([*lines, ""]))

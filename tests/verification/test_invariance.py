@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from gmsh_mesh import write_moved_mesh
 from runs import MESHES, solve_input
 
 SAME = 1e-9
@@ -79,20 +80,6 @@ CLADDING = {
 DECKS = {"hertz_cylinder": CYLINDER, "blocks": BLOCKS, "pellet_cladding": CLADDING}
 
 
-def write_shifted(source, path, shift):
-    """Copy of a gmsh 4.1 ASCII mesh with every node moved; the boxes of $Entities are not read by anybody."""
-    lines = source.read_text().splitlines()
-    i_line = lines.index("$Nodes") + 2
-    while lines[i_line] != "$EndNodes":
-        n_nodes = int(lines[i_line].split()[3])
-        first = i_line + 1 + n_nodes
-        for i in range(first, first + n_nodes):
-            moved = np.array([float(word) for word in lines[i].split()]) + shift
-            lines[i] = " ".join(repr(value) for value in moved.tolist())
-        i_line = first + n_nodes
-    path.write_text("\n".join([*lines, ""]))
-
-
 @pytest.fixture(scope="module", params=DECKS)
 def reference(request, signorom, tmp_path_factory):
     """Name of a deck and its answers as it stands."""
@@ -107,7 +94,7 @@ def test_same_answer(signorom, tmp_path, reference, figures):
         folder.mkdir()
         changes = dict(description.changes)
         if description.shift:
-            write_shifted(MESHES / f"{deck}.msh", folder / "shifted.msh", description.shift)
+            write_moved_mesh(MESHES / f"{deck}.msh", folder / "shifted.msh", shift=description.shift)
             changes[str(MESHES / f"{deck}.msh")] = "shifted.msh"
         found, _ = solve_input(signorom, deck, folder, changes)
         worst = 0.0
