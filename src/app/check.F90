@@ -13,7 +13,8 @@ module sig_check
   use sig_errors, only: error_t
   use sig_forest_training, only: warn_of_missing_tool
   use sig_kinds, only: rk
-  use sig_log, only: log_info
+  use sig_leaning_contacts, only: predicted_lean_warnings
+  use sig_log, only: log_info, log_warnings
   use sig_parameter_space, only: build_points, format_point
   use sig_point_argument, only: parse_point
   use sig_point_checks, only: check_points
@@ -31,9 +32,9 @@ module sig_check
 contains
 
   !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Gives the warnings of the problem
-  !> (warn_of_plan), and warns if the tool that trains forests is missing and may be needed. With --fields it also writes check.h5
-  !> and check.xdmf. After an error it prints no deck. With --fields the two files are still written if --at could be read and
-  !> supports and loads could be built. Collective on all ranks.
+  !> (warn_of_plan) and of contacts whose forces will lean (predicted_lean_warnings), and warns if the tool that trains forests is
+  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error it prints no deck; with
+  !> --fields the two files are still written if --at could be read and supports and loads could be built. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_points,
   !> check_points (also of the point of --fields) and check_box; a file cannot be written.
@@ -43,6 +44,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
     real(rk), allocatable :: training(:, :), test(:, :), shown(:, :)
+    type(string_t), allocatable :: warnings(:)
 
     ierr = 0
     call choose_shown(command, session%deck, shown, error)
@@ -74,6 +76,8 @@ contains
     end if
     call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
     call warn_of_plan(session%full_order%problem, joined_points(session%deck, training, test))
+    warnings = predicted_lean_warnings(session%full_order%problem, joined_points(session%deck, training, test))
+    call log_warnings(warnings)
     PetscCall(warn_of_missing_tool(session%deck, ierr))
     if (command%has_fields) then
       PetscCall(write_fields(shown(:, 1), session, ierr))

@@ -13,7 +13,8 @@ module sig_stage_report
   use sig_field_output, only: solved_points_t
   use sig_file_system, only: file_exists, read_text_file
   use sig_kinds, only: rk
-  use sig_log, only: log_warning
+  use sig_leaning_contacts, only: lean_warnings
+  use sig_log, only: log_warning, log_warnings
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: inert_pair_names, problem_t
@@ -90,7 +91,7 @@ contains
 
   !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
   !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
-  !> warn_of_residuals, warn_of_deformations and unheld_warning say of the points that did. Local.
+  !> warn_of_residuals, warn_of_deformations, warn_of_leans and unheld_warning say of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -111,6 +112,7 @@ contains
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_deformations(problem, solved, report)
+    call warn_of_leans(problem, solved, report)
     warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)
     call warn('positions', warning, report)
     do i = 1, size(solved%states)
@@ -134,6 +136,24 @@ contains
     warning = motion_warning(largest_rotation(problem%motions, solved%states), largest_deformation(problem%motions, solved%states))
     call warn('deformations', warning, report)
   end subroutine warn_of_deformations
+
+  !> Gives the warnings of lean_warnings for the solved points, in the log and in the report.
+  subroutine warn_of_leans(problem, solved, report)
+    type(problem_t), intent(in) :: problem
+    type(solved_points_t), intent(in) :: solved
+    type(run_report_t), intent(inout) :: report
+    real(rk) :: multipliers(problem%rows%n_rows, size(solved%states))
+    type(string_t), allocatable :: warnings(:)
+    integer :: i
+
+    multipliers = 0
+    do i = 1, size(solved%states)
+      if (solved%states(i)%reason == reason_converged) multipliers(:, i) = solved%states(i)%multipliers
+    end do
+    warnings = lean_warnings(problem, multipliers)
+    call log_warnings(warnings)
+    call report%add('contact/warnings', warnings)
+  end subroutine warn_of_leans
 
   !> Writes a warning to the log and to a section of the report; does nothing if the text is empty.
   subroutine warn(section, warning, report)

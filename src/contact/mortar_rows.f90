@@ -18,6 +18,7 @@ module sig_mortar_rows
   use sig_mortar_words, only: cover_text, far_text, finer_text, flat_text, gap_text, largest_share
   use sig_node_gaps, only: find_node_gaps
   use sig_node_pairs, only: node_pairs_t
+  use sig_surface_geometry, only: normal_in_symmetry
   use sig_surface_pair, only: refuse, refuse_common_node, refuse_facing, refuse_overlap, surface_pair_t
   use sig_surface_pairing, only: open_surfaces
   use sig_term_set, only: term_set_t
@@ -28,9 +29,6 @@ module sig_mortar_rows
 
   !> [-] default search distance over the longest edge of both surfaces
   real(rk), parameter :: default_search = 50.0_rk
-  !> [-] if the part of a normal along free components is longer than this, the node counts as one on a plane of symmetry, and the
-  !> normal loses its other components
-  real(rk), parameter :: nearly_free = 0.9_rk
 
   !> The rows of one entry of the deck's contact section, with their terms and a note.
   type :: new_rows_t
@@ -208,14 +206,12 @@ contains
     end associate
   end subroutine build_rows
 
-  !> Returns the nodes of the first surface with their normals. The components of a normal along prescribed dofs become 0 if the
-  !> rest is longer than 0.9, and the normal is then made a unit vector again: at a plane of symmetry it so lies in this plane.
+  !> Returns the nodes of the first surface with their normals, which at a plane of symmetry lie in this plane.
   pure function sites_of(mesh, surfaces, is_prescribed) result(sites)
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     logical, intent(in) :: is_prescribed(:)
     type(node_pairs_t) :: sites
-    real(rk) :: free(mesh%n_dim)
     integer :: i
 
     sites%n_pairs = size(surfaces%first_nodes)
@@ -225,8 +221,7 @@ contains
     allocate (sites%gap_factors(sites%n_pairs, 0))
     allocate (sites%contact_entry(sites%n_pairs), source=surfaces%i_entry)
     do i = 1, sites%n_pairs
-      free = merge(0.0_rk, sites%normal(:, i), is_held(mesh%n_dim, sites%first_node(i), is_prescribed))
-      if (norm2(free) > nearly_free) sites%normal(:, i) = free / norm2(free)
+      sites%normal(:, i) = normal_in_symmetry(sites%normal(:, i), is_held(mesh%n_dim, sites%first_node(i), is_prescribed))
     end do
   end function sites_of
 

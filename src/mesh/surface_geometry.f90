@@ -10,7 +10,7 @@ module sig_surface_geometry
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
-  public :: surface_geometry_t, measure_surface, averaged_normals, is_flat, flat_direction, direction_text
+  public :: surface_geometry_t, measure_surface, averaged_normals, normal_in_symmetry, is_flat, flat_direction, direction_text
 
   !> The geometry of one surface.
   type :: surface_geometry_t
@@ -172,6 +172,24 @@ contains
       end do
     end associate
   end function averaged_normals
+
+  !> Returns a normal whose components along prescribed dofs are 0, if the rest is longer than 0.9: the node is then on a plane of
+  !> symmetry, and so is its normal. Otherwise the normal stays.
+  pure function normal_in_symmetry(normal, is_prescribed) result(turned)
+    !> unit vector
+    real(rk), intent(in) :: normal(:)
+    !> of each component of the node
+    logical, intent(in) :: is_prescribed(:)
+    real(rk) :: turned(size(normal))
+    real(rk), parameter :: nearly_free = 0.9_rk
+
+    turned = merge(0.0_rk, normal, is_prescribed)
+    if (norm2(turned) > nearly_free) then
+      turned = turned / norm2(turned)
+    else
+      turned = normal
+    end if
+  end function normal_in_symmetry
 
   !> Returns the area vector of one facet at each of its nodes. At a node of a quadratic facet it is turned to the normal there,
   !> with the same length; elsewhere it is area_vector.

@@ -388,6 +388,13 @@ PLANTED = [
         "the size of loads in the balance of forces cancels",
     ),
     Planted(
+        SRC + "contact/leaning_rows.f90",
+        "leans(k) = min(leans(k), lean_of(normal_of_row(rows, k), common))",
+        "leans(k) = max(leans(k), lean_of(normal_of_row(rows, k), common))",
+        "the normals of two equal discs count as wrong by the whole angle between them",
+        further="integration.test_leaning_contacts",
+    ),
+    Planted(
         SRC + "contact/rigid_bodies.f90",
         "modes(:, 5) = [place(3), 0.0_rk, -place(1)]",
         "modes(:, 5) = [place(3), 0.0_rk, place(1)]",
