@@ -66,6 +66,36 @@ def test_effective_deck_holds_every_key_of_the_schema(tmp_path):
         assert set(effective[section]) == set(content["properties"][section]["properties"]), section
 
 
+def test_every_number_of_the_schema_has_a_unit():
+    """Descriptions begin with it, such as `[length]`; ranges and points have the units of the parameters."""
+    content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
+    found = list(numbers_without_unit(content, content, "", has_unit=False))
+    assert found == [".parameters.*.min", ".parameters.*.max", ".output.points[].*"]
+
+
+def numbers_without_unit(content, node, place, has_unit):
+    """Places of numbers and expressions below a node of the schema for which no description tells a unit."""
+    texts = [node.get("description", "")]
+    is_number = False
+    while "$ref" in node:
+        name = node["$ref"].removeprefix("#/$defs/").split("/")[0]
+        is_number = is_number or name in ("number", "expression", "field")
+        node = content["$defs"][name] if "/properties/" not in node["$ref"] else {}
+        texts.append(node.get("description", ""))
+    has_unit = has_unit or any(text.startswith("[") for text in texts)
+    if is_number:
+        if not has_unit:
+            yield place
+        return
+    for key, child in node.get("properties", {}).items():
+        yield from numbers_without_unit(content, child, f"{place}.{key}", has_unit)
+    for key, suffix in (("additionalProperties", ".*"), ("items", "[]")):
+        if isinstance(node.get(key), dict):
+            yield from numbers_without_unit(content, node[key], place + suffix, has_unit)
+    for child in [*node.get("anyOf", []), *node.get("oneOf", [])]:
+        yield from numbers_without_unit(content, child, place, has_unit)
+
+
 def test_defaults_of_the_schema_are_those_of_the_program(tmp_path):
     content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
     deck = write_deck("patch", tmp_path, **{"{method: hhr}": "{}"})
