@@ -189,7 +189,8 @@ contains
   end subroutine close_rows
 
   !> Computes U'K U [force*length per square unit of the columns] of displacements U. Where loads act on surfaces, most rows of K U
-  !> are zero but for rounding; they are left out. Collective.
+  !> are zero but for rounding beside the largest of their column, because columns have different units; they are left out.
+  !> Collective.
   subroutine measure_work(system, columns, work, ierr, is_counted)
     type(contact_system_t), intent(in) :: system
     !> U, rows of this rank, shape (n_local_dofs, n_columns)
@@ -199,8 +200,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     !> whether a dof counts, natural, shape (n_dofs); default: all count
     logical, intent(in), optional :: is_counted(:)
-    real(rk), allocatable :: forces(:, :), products(:, :)
-    real(rk) :: largest
+    real(rk), allocatable :: forces(:, :), largest(:, :), products(:, :)
     integer, allocatable :: rows(:)
     logical :: is_there(size(columns, 1))
     integer :: first, i, last
@@ -213,10 +213,10 @@ contains
       last = min(first + columns_at_once - 1, size(work, 2))
       allocate (forces(size(columns, 1), last - first + 1))
       PetscCall(multiply_block(system%stiffness, columns(:, first:last), forces, ierr))
-      largest = maxval([0.0_rk, abs(forces)])
+      largest = reshape(maxval(abs(forces), dim=1), [1, size(forces, 2)])
       PetscCall(max_over_ranks(system%comm, largest, ierr))
       rows = pack([(i, i=1, size(forces, 1))], &
-        [(is_there(i) .and. any(abs(forces(i, :)) > rounding * largest), i=1, size(forces, 1))])
+        [(is_there(i) .and. any(abs(forces(i, :)) > rounding * largest(1, :)), i=1, size(forces, 1))])
       products = transposed_product(columns(rows, :), forces(rows, :))
       PetscCall(sum_over_ranks(system%comm, products, ierr))
       work(:, first:last) = products

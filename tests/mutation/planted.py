@@ -99,6 +99,12 @@ PLANTED = [
     ),
     # online
     Planted(
+        SRC + "solver/contact_responses.F90",
+        "rounding * largest(1, :)",
+        "rounding * maxval(largest)",
+        "forces are rounding beside those of a column in another unit",
+    ),
+    Planted(
         SRC + "online/forest.c",
         "(float)point[",
         "point[",
