@@ -18,11 +18,14 @@ module sig_forest
   type :: forest_t
     !> names of the parameters in the order of the features
     type(string_t), allocatable :: parameter_names(:)
+    !> [unit of each parameter] smallest and largest values of the points with which the forest was trained, shape (n_parameters).
+    !> Features are parameters from 0 to 1 between them, because scikit-learn takes values that differ by less than 1e-7 as equal
+    real(rk), allocatable :: lowest(:), highest(:)
     !> first node of each tree, and at the end the number of all nodes, shape (n_trees + 1)
     integer, allocatable :: tree_starts(:)
     !> feature that a node compares, -1 in a leaf, shape (n_nodes)
     integer, allocatable :: feature(:)
-    !> [unit of the feature] a value up to the threshold goes to the left child, shape (n_nodes)
+    !> [-] a feature up to the threshold goes to the left child, shape (n_nodes)
     real(rk), allocatable :: threshold(:)
     !> children of each node, counted from the first node of its tree, shape (n_nodes)
     integer, allocatable :: left(:)
@@ -36,6 +39,7 @@ module sig_forest
     procedure :: read => read_arrays
     procedure :: write => write_arrays
     procedure, private :: arrays
+    procedure, private :: features
   end type forest_t
 
 contains
@@ -56,7 +60,18 @@ contains
       c_loc(self%shares))
   end function arrays
 
-  !> Returns the share of each cluster in the leaf of the point, as a mean over all trees. The parameters are rounded to single
+  !> [-] Returns the features of a point; that of a parameter with one value in all training points is 0.
+  pure function features(self, point)
+    class(forest_t), intent(in) :: self
+    !> [unit of each parameter] shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    real(rk) :: features(size(point))
+
+    features = 0
+    where (self%highest > self%lowest) features = (point - self%lowest) / (self%highest - self%lowest)
+  end function features
+
+  !> Returns the share of each cluster in the leaf of the point, as a mean over all trees. The features are rounded to single
   !> precision, as scikit-learn does.
   function votes(self, point) result(shares)
     class(forest_t), intent(in), target :: self
@@ -66,7 +81,7 @@ contains
     real(rk), allocatable :: shares(:)
 
     allocate (shares(self%n_clusters()))
-    call sig_forest_votes(self%arrays(), point, shares)
+    call sig_forest_votes(self%arrays(), self%features(point), shares)
   end function votes
 
   !> Finds the cluster with the largest mean share (votes) and the one with the second largest. Of equal shares, the lower number
@@ -81,7 +96,7 @@ contains
     integer, intent(out) :: second
     real(rk) :: shares(size(self%shares, 1))
 
-    call sig_forest_votes(self%arrays(), point, shares)
+    call sig_forest_votes(self%arrays(), self%features(point), shares)
     best = maxloc(shares, dim=1)
     shares(best) = -1
     second = 0
@@ -101,7 +116,7 @@ contains
 
     call file%open(path, error)
     if (allocated(error)) return
-    call check_format(file, path, 'signorom forest', [1, 1], 'signorom-post forest LABELS.csv writes one', version, error)
+    call check_format(file, path, 'signorom forest', [2, 2], 'signorom-post forest LABELS.csv writes one', version, error)
     call forest%read(file, '', path, error)
     call file%close()
     if (allocated(error)) return
@@ -122,6 +137,8 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     call file%read(group // '/parameter_names', self%parameter_names, error)
+    call file%read(group // '/lowest', self%lowest, error)
+    call file%read(group // '/highest', self%highest, error)
     call file%read(group // '/tree_starts', self%tree_starts, error)
     call file%read(group // '/feature', self%feature, error)
     call file%read(group // '/threshold', self%threshold, error)
@@ -139,8 +156,10 @@ contains
     integer :: n_nodes
 
     n_nodes = size(forest%feature)
-    is_sound = size(forest%tree_starts) > 1 .and. all([size(forest%threshold), size(forest%left), size(forest%right), &
-      size(forest%shares, 2)] == n_nodes)
+    is_sound = all([size(forest%lowest), size(forest%highest)] == size(forest%parameter_names))
+    if (is_sound) is_sound = all(ieee_is_finite(forest%lowest)) .and. all(ieee_is_finite(forest%highest))
+    if (is_sound) is_sound = size(forest%tree_starts) > 1
+    if (is_sound) is_sound = all([size(forest%threshold), size(forest%left), size(forest%right), size(forest%shares, 2)] == n_nodes)
     if (is_sound) is_sound = forest%tree_starts(size(forest%tree_starts)) == n_nodes .and. all(ieee_is_finite(forest%threshold)) &
       .and. all(ieee_is_finite(forest%shares))
     if (is_sound) is_sound = sig_forest_check(forest%arrays()) == 0
@@ -154,6 +173,8 @@ contains
     character(*), intent(in) :: group
 
     call file%write(group // '/parameter_names', self%parameter_names)
+    call file%write(group // '/lowest', self%lowest, description='features are parameters from 0 to 1 between both')
+    call file%write(group // '/highest', self%highest)
     call file%write(group // '/tree_starts', self%tree_starts, description='first node of each tree, 0-based, and the end')
     call file%write(group // '/feature', self%feature, description='parameter that a node looks at, 0-based, -1 in a leaf')
     call file%write(group // '/threshold', self%threshold, description='threshold of each node: values up to it go to the ' // &

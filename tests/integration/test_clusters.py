@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 import pytest
 import yaml
-from signorom_post.forest import fit, read_labels
+from signorom_post.forest import features_of, fit, read_labels
 
 from results import read_snapshots, read_table, table_of
 from runs import refuse, run_shifted_disks, write_deck
@@ -193,10 +193,9 @@ def test_forest_chooses_among_scattered_points(irregular):
             found = model[f"clusters/{k}/training_points"][()]
             np.testing.assert_array_equal(found, 1 + np.flatnonzero(labels == k))
     table = read_table(irregular / "validation.csv")
-    classifier = fit(points, labels, 100, 2)
-    np.testing.assert_array_equal(
-        table["cluster"], classifier.predict(np.array([table["squeeze"], table["shift"]]).T)
-    )
+    classifier = fit(features_of(points, points), labels, 100, 2)
+    tested = np.array([table["squeeze"], table["shift"]]).T
+    np.testing.assert_array_equal(table["cluster"], classifier.predict(features_of(tested, points)))
     assert len(set(table["cluster"])) > 1
 
 

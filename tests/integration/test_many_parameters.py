@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 from signorom_post.cli import main
-from signorom_post.forest import fit, read_labels
+from signorom_post.forest import features_of, fit, read_labels
 
 from c_programs import compile_c, run_c
 from results import read_snapshots, read_table, table_of
@@ -85,7 +85,10 @@ def test_forest_of_any_number_of_parameters_chooses(study):
     np.testing.assert_allclose(points, read_snapshots(results / "snapshots.h5")["parameters"], rtol=1e-15)
     assert set(labels) == set(range(1, N_CLUSTERS + 1))
     table = read_table(results / "validation.csv")
-    np.testing.assert_array_equal(table["cluster"], fit(points, labels, 100, 1).predict(points_of(table, n)))
+    classifier = fit(features_of(points, points), labels, 100, 1)
+    np.testing.assert_array_equal(
+        table["cluster"], classifier.predict(features_of(points_of(table, n), points))
+    )
     # a pressed disk is smooth in the strokes of the bases
     assert np.median(table["e_u"]) < 1e-2
 
@@ -129,7 +132,8 @@ def test_answers_of_the_program_of_python_and_of_c_agree(signorom, library, post
 def votes_of(results, points):
     """Shares of the trees for each cluster, shape (n_points, n_clusters)."""
     _, training, labels = read_labels(results / "labels.csv")
-    return fit(training, labels, 100, 1).predict_proba(points)
+    forest = fit(features_of(training, training), labels, 100, 1)
+    return forest.predict_proba(features_of(points, training))
 
 
 def test_description_names_all_parameters(signorom, study):

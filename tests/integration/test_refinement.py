@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 import yaml
-from signorom_post.forest import fit, read_labels
+from signorom_post.forest import features_of, fit, read_labels
 
 from program import ROOT, kill, wait_until
 from results import read_snapshots, read_table
@@ -217,10 +217,9 @@ def test_scattered_snapshots_and_their_forest(signorom, tmp_path, monkeypatch):
     names, labeled, labels = read_labels(results / "labels.csv")
     np.testing.assert_allclose(labeled, points[: len(labels)], rtol=1e-14)
     table = read_table(results / "validation.csv")
-    classifier = fit(labeled, labels, 100, 1)
-    np.testing.assert_array_equal(
-        table["cluster"], classifier.predict(np.array([table[name] for name in names]).T)
-    )
+    classifier = fit(features_of(labeled, labeled), labels, 100, 1)
+    tested = np.array([table[name] for name in names]).T
+    np.testing.assert_array_equal(table["cluster"], classifier.predict(features_of(tested, labeled)))
 
 
 def test_candidates_are_solved_once(signorom, tmp_path):

@@ -105,6 +105,12 @@ PLANTED = [
         "forces are rounding beside those of a column in another unit",
     ),
     Planted(
+        SRC + "online/forest.f90",
+        "/ (self%highest - self%lowest)",
+        "/ (self%highest + self%lowest)",
+        "the forest sees other features than in its training",
+    ),
+    Planted(
         SRC + "online/forest.c",
         "(float)point[",
         "point[",

@@ -38,6 +38,22 @@ def test_trees_are_written_and_repeated_by_the_seed(labels: Path, capsys: pytest
             assert (first[name][()] == second[name][()]).all(), name
 
 
+@pytest.mark.parametrize("unit", [1e-18, 1e18])
+def test_trees_are_the_same_in_other_units(labels: Path, unit: float) -> None:
+    """scikit-learn alone would find no clusters in loads from 0 to 1e-18."""
+    assert main(["forest", str(labels), "--trees", "5"]) == 0
+    header, *lines = labels.read_text().splitlines()
+    rows = [line.split(",") for line in lines if not line.startswith("#")]
+    other = labels.with_name("other.csv")
+    scaled = [f"{float(load) * unit!r}, {', '.join(others)}" for load, *others in rows]
+    other.write_text("\n".join([header, *scaled]))
+    assert main(["forest", str(other), "--trees", "5", "--output", str(other) + ".h5"]) == 0
+    with h5py.File(labels.with_name("forest.h5")) as first, h5py.File(str(other) + ".h5") as second:
+        np.testing.assert_allclose(second["highest"][()], first["highest"][()] * [unit, 1])
+        for name in ("tree_starts", "feature", "left", "right", "shares"):
+            assert (first[name][()] == second[name][()]).all(), name
+
+
 def test_absent_cluster_keeps_its_column(labels: Path) -> None:
     _, points, clusters = read_labels(labels)
     arrays = flat_arrays(fit(points, np.where(clusters == 2, 4, clusters), 5, 1), 4)

@@ -16,7 +16,7 @@ from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.errors import InputError, MissingFileError
 
 LABEL_COLUMN = "cluster"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 #: version of scikit-learn that is needed, as in pyproject.toml
 REQUIREMENT = "scikit-learn>=1.3"
 
@@ -29,8 +29,8 @@ def train_forest(labels_path: Path, output: Path, n_trees: int, seed: int) -> fl
     InputError if the table is missing or not valid, if scikit-learn is missing, or if the file cannot be written.
     """
     names, points, labels = read_labels(labels_path)
-    classifier = fit(points, labels, n_trees, seed)
-    write_forest(output, names, flat_arrays(classifier, int(labels.max())))
+    classifier = fit(features_of(points, points), labels, n_trees, seed)
+    write_forest(output, names, points, flat_arrays(classifier, int(labels.max())))
     votes = classifier.oob_decision_function_
     is_judged = votes.sum(axis=1) > 0
     if not is_judged.any():
@@ -71,10 +71,20 @@ def read_labels(path: Path) -> tuple[list[str], FloatArray, IntArray]:
     return header[:column] + header[column + 1 :], np.delete(table, column, axis=1), labels
 
 
+def features_of(points: FloatArray, training: FloatArray) -> FloatArray:
+    """Returns parameters from 0 to 1 between the smallest and the largest of the training points; 0 if these are equal.
+
+    scikit-learn takes values that differ by less than 1e-7 as equal, whatever their unit is.
+    """
+    lowest, highest = training.min(axis=0), training.max(axis=0)
+    ranges = np.where(highest > lowest, highest - lowest, np.inf)
+    return (points - lowest) / ranges
+
+
 def fit(points: FloatArray, labels: IntArray, n_trees: int, seed: int) -> Any:
     """Returns a trained RandomForestClassifier; the same seed gives the same trees. InputError without scikit-learn.
 
-    `points` and `labels` are those of `read_labels`.
+    `points` are the features of those of `read_labels`, and `labels` are theirs.
     """
     classifier = random_forest_class()(n_estimators=n_trees, random_state=seed, oob_score=True)
     with warnings.catch_warnings():  # about points that every tree has drawn
@@ -130,8 +140,8 @@ def flat_arrays(classifier: Any, n_clusters: int) -> dict[str, np.ndarray]:
     }
 
 
-def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) -> None:
-    """Writes the file that the program reads: parameter names and the arrays of `flat_arrays`.
+def write_forest(path: Path, names: list[str], training: FloatArray, arrays: dict[str, np.ndarray]) -> None:
+    """Writes the file that the program reads: parameter names, ends of their ranges, and the arrays of `flat_arrays`.
 
     The file gets the name `path` when it is complete. InputError if it cannot be written.
     """
@@ -142,6 +152,8 @@ def write_forest(path: Path, names: list[str], arrays: dict[str, np.ndarray]) ->
             file.attrs["format_version"] = np.int32(FORMAT_VERSION)
             file.attrs["code_version"] = __version__
             file.create_dataset("parameter_names", data=names, dtype=h5py.string_dtype())
+            file["lowest"] = training.min(axis=0)
+            file["highest"] = training.max(axis=0)
             for name, values in arrays.items():
                 file[name] = values
         partial.replace(path)

@@ -3,7 +3,7 @@
 
 import numpy as np
 
-from signorom_post.forest import fit, read_labels
+from signorom_post.forest import features_of, fit, read_labels
 from signorom_post.paper import published
 from signorom_post.paper.clusters import N_CLUSTERS
 from signorom_post.paper.comparison import Comparison, count, percent
@@ -74,7 +74,8 @@ def figure_20(study: Study) -> Outcome:
     clusters = by_rows(model)
     order = {int(cluster.name): i for i, cluster in enumerate(clusters)}
     _, points, labels = read_labels(results.folder / "labels.csv")
-    votes = np.sort(fit(points, labels, FOREST_TREES, FOREST_SEED).predict_proba(validation.parameters))
+    forest = fit(features_of(points, points), labels, FOREST_TREES, FOREST_SEED)
+    votes = np.sort(forest.predict_proba(features_of(validation.parameters, points)))
     answers = np.array([order[int(label)] for label in validation.columns["cluster"]])
     ratios = votes[:, -2] / votes[:, -1]
     shown = Partition(
