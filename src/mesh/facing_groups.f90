@@ -64,7 +64,7 @@ module sig_facing_groups
   real(rk), parameter :: of_facets = 2
   !> [-] a surface at a gap that is smaller by at most this share of the mean facet size is not between
   real(rk), parameter :: between = 0.1_rk
-  !> [-] deepest overlap, as a share of the larger mean facet size of both surfaces
+  !> [-] deepest overlap, as a share of the larger mean facet size of both surfaces, of the smaller one if both are flat
   real(rk), parameter :: deepest = 0.5_rk
   !> [-] facets overlap if their centers are closer across the normal than this share of the larger one's size: facets side by side
   !> have 1
@@ -227,22 +227,25 @@ contains
   !>
   !> The gap is huge if the normals of both facets are not within 60 degrees of opposite directions, if their centers are farther
   !> apart than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or 2 times its mean facet
-  !> size if this is more). Facets that overlap by more than half the larger mean facet size of both surfaces, or overlap side by
-  !> side, as the opposite sides of two thin plates in a row, have a huge gap, too.
+  !> size if this is more). Facets that overlap by more than half the larger mean facet size of both surfaces (the smaller one if both
+  !> are flat, because then the gap has no error of coarse facets), or overlap side by side, as the opposite sides of two thin plates
+  !> in a row, have a huge gap, too.
   pure function gaps_between(surface, other) result(gaps)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other
     real(rk) :: gaps(size(surface%centers, 2))
-    real(rk) :: distance, gap, size_here
+    real(rk) :: distance, gap, least, size_here
     integer :: i, nearest
 
     gaps = huge(gaps)
+    least = -deepest * max(surface%facet_size, other%facet_size)
+    if (surface%is_flat .and. other%is_flat) least = -deepest * min(surface%facet_size, other%facet_size)
     do i = 1, size(gaps)
       call other%tree%nearest(surface%centers(:, i), nearest, distance)
       associate (normal => surface%area_vectors(:, i) / norm2(surface%area_vectors(:, i)), across => other%area_vectors(:, nearest))
         if (distance > max(surface%reach, other%reach) .or. dot_product(normal, across) > opposite * norm2(across)) cycle
         gap = dot_product(normal, other%centers(:, nearest) - surface%centers(:, i))
-        if (gap < -deepest * max(surface%facet_size, other%facet_size)) cycle
+        if (gap < least) cycle
         size_here = max(norm2(surface%area_vectors(:, i)), norm2(across))**(1.0_rk / (size(normal) - 1))
         if (gap < 0 .and. distance**2 - gap**2 > (beside * size_here)**2) cycle
       end associate

@@ -60,8 +60,8 @@ static bool scan_value(sig_scanner *s, int n_components, int *tag, double *value
   double component;
   const size_t at = sig_scan_here(s);
   if (!sig_scan_int(s, &number)) return false;
-  if (number < 1 || number > INT_MAX)
-    return sig_scan_fail(s, at, "$NodeData has %lld as a node number; it must be between 1 and %d", (long long)number,
+  if (number < 0 || number > INT_MAX)
+    return sig_scan_fail(s, at, "$NodeData has %lld as a node number; it must be between 0 and %d", (long long)number,
                          INT_MAX);
   *tag = (int)number;
   for (int i = 0; i < n_components; i++) {

@@ -10,6 +10,9 @@
 #include "signorom/file_system.h"
 #include "signorom/system.h"
 
+/* How gmsh writes a file in a format that we read. */
+#define WRITE_ANEW "write the mesh in format 4.1: gmsh part.msh -save -format msh41 -o new.msh"
+
 /* Reads $MeshFormat: version, file type, size of size_t. In a binary file the integer 1 follows, which shows the byte
  * order. */
 static bool scan_format(sig_gmsh *mesh) {
@@ -23,8 +26,7 @@ static bool scan_format(sig_gmsh *mesh) {
   for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
     if (version == known[i]) mesh->version = (int)(10 * known[i] + 0.5);
   if (mesh->version == 0)
-    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; write the mesh in format 4.1 (gmsh -format msh41)",
-                         version);
+    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; " WRITE_ANEW, version);
   if (is_binary != 0 && is_binary != 1)
     return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
   if (is_binary == 0) return true;
@@ -78,7 +80,10 @@ static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   if (mesh->is_for_fields && strcmp(name, "NodeData") == 0) return sig_gmsh_scan_node_data(mesh);
   if (mesh->is_for_fields && strcmp(name, "Nodes") != 0) return skip_section(s);
   if (strcmp(name, "PartitionedEntities") == 0)
-    return sig_scan_fail(s, s->at, "the mesh is partitioned; write it without partitions");
+    return sig_scan_fail(s, s->at,
+                         "the mesh is partitioned; write it without partitions: echo 'Merge \"part.msh\"; "
+                         "UnpartitionMesh;' > whole.geo; gmsh whole.geo -save -format msh41 -o whole.msh (with a "
+                         "Merge for each file, if there are several)");
   if (strcmp(name, "PhysicalNames") == 0) return sig_gmsh_scan_names(mesh);
   if (strcmp(name, "Nodes") == 0) return sig_gmsh_scan_nodes(mesh);
   if (strcmp(name, "Elements") == 0) return sig_gmsh_scan_elements(mesh);
@@ -94,7 +99,14 @@ static bool scan_section(sig_gmsh *mesh) {
   if (!scan_section_name(s, name, sizeof name)) return false;
   s->section = name;
   sig_scan_skip_line(s);
-  const bool is_good = scan_section_content(mesh, name) && sig_scan_expect(s, strcat(end_mark, name));
+  bool is_good = scan_section_content(mesh, name);
+  if (is_good) {
+    sig_scan_skip_space(s);
+    if (s->at < s->size && s->bytes[s->at] != '$')
+      is_good = sig_scan_fail(s, s->at, "$%s has more lines than its first one says", name);
+    else
+      is_good = sig_scan_expect(s, strcat(end_mark, name));
+  }
   s->section = "";
   return is_good;
 }
@@ -117,9 +129,11 @@ static bool find_format(sig_scanner *s) {
     sig_scan_skip_space(s);
   }
   if (starts_with(s, "$NOD"))
+    return sig_scan_fail(s, s->at, "gmsh format 1.0 is not supported; " WRITE_ANEW);
+  if (!starts_with(s, mark))
     return sig_scan_fail(s, s->at,
-                         "gmsh format 1.0 is not supported; write the mesh in format 4.1 (gmsh -format msh41)");
-  if (!starts_with(s, mark)) return sig_scan_fail(s, s->at, "not a gmsh mesh file: it does not start with $MeshFormat");
+                         "not a gmsh mesh file: it does not start with $MeshFormat; meshes of other programs "
+                         "become one by signorom-post convert");
   s->at += strlen(mark);
   return true;
 }
@@ -177,7 +191,7 @@ static bool resolve_nodes(sig_gmsh *mesh) {
   int64_t *nodes = mesh->element_nodes.items;
   for (size_t i = 0, e = 0; i < mesh->element_nodes.n && is_good; i++) {
     while (e + 1 < mesh->elements.n && elements[e + 1].first_node <= i) e++;
-    const sig_numbered_node key = {.tag = nodes[i] >= 1 && nodes[i] <= INT_MAX ? (int)nodes[i] : 0};
+    const sig_numbered_node key = {.tag = nodes[i] >= 0 && nodes[i] <= INT_MAX ? (int)nodes[i] : -1};
     const sig_numbered_node *found = bsearch(&key, sorted, (size_t)mesh->n_nodes, sizeof key, compare_numbered);
     if (found == NULL)
       is_good = sig_scan_fail(&mesh->scanner, elements[e].at, "element %d has node %lld, which $Nodes lacks",

@@ -62,17 +62,18 @@ void sig_scan_skip_line(sig_scanner *scanner) {
   if (scanner->at < scanner->size) scanner->at++;
 }
 
-/* Ends a word. It is an error if the word ends at the end of the file, because a part of it may be missing. */
-static bool finish_word(sig_scanner *scanner, const char *end, const char *what) {
+/* Ends a word before white space or the character `stop`. It is an error if the word ends at the end of the file,
+ * because a part of it may be missing. */
+static bool finish_word(sig_scanner *scanner, const char *end, char stop, const char *what) {
   const size_t at = (size_t)(end - scanner->bytes);
   if (at == scanner->at) return fail_not_a_number(scanner, what);
   if (at >= scanner->size) return fail_truncated(scanner);
-  if (!isspace((unsigned char)*end)) return fail_not_a_number(scanner, what);
+  if (!isspace((unsigned char)*end) && *end != stop) return fail_not_a_number(scanner, what);
   scanner->at = at;
   return true;
 }
 
-bool sig_scan_word_int(sig_scanner *scanner, int64_t *value) {
+static bool scan_int_until(sig_scanner *scanner, char stop, int64_t *value) {
   sig_scan_skip_space(scanner);
   if (scanner->at >= scanner->size) return fail_truncated(scanner);
   char *end;
@@ -80,8 +81,12 @@ bool sig_scan_word_int(sig_scanner *scanner, int64_t *value) {
   const long long number = strtoll(scanner->bytes + scanner->at, &end, 10);
   if (errno == ERANGE) return fail_not_a_number(scanner, "a whole number of reasonable size");
   *value = number;
-  return finish_word(scanner, end, "a whole number");
+  return finish_word(scanner, end, stop, "a whole number");
 }
+
+bool sig_scan_word_int(sig_scanner *scanner, int64_t *value) { return scan_int_until(scanner, ' ', value); }
+
+bool sig_scan_quoted_int(sig_scanner *scanner, int64_t *value) { return scan_int_until(scanner, '"', value); }
 
 static bool scan_bytes(sig_scanner *scanner, void *value, size_t n) {
   if (scanner->size - scanner->at < n) return fail_truncated(scanner);
@@ -109,7 +114,7 @@ bool sig_scan_any_real(sig_scanner *scanner, double *value) {
   if (scanner->at >= scanner->size) return fail_truncated(scanner);
   char *end;
   *value = strtod(scanner->bytes + scanner->at, &end);
-  return finish_word(scanner, end, "a number");
+  return finish_word(scanner, end, ' ', "a number");
 }
 
 bool sig_scan_real(sig_scanner *scanner, double *value) {

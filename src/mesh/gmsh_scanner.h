@@ -40,6 +40,9 @@ bool sig_scan_any_real(sig_scanner *scanner, double *value);
 /* Reads a whole number that is written as text even in a binary file. */
 bool sig_scan_word_int(sig_scanner *scanner, int64_t *value);
 
+/* Reads such a number, behind which a quote may stand. */
+bool sig_scan_quoted_int(sig_scanner *scanner, int64_t *value);
+
 /* Checks a number of things that need at least `min_bytes` each. It fails if the number is negative or the rest of the
  * file is too short for them. `things` is their name for the message.
  */

@@ -18,6 +18,11 @@ static bool scan_bounded(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64
   return true;
 }
 
+/* Reads the number of a node or an element. gmsh counts from 1, other programs from 0. */
+static bool scan_number(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *), const char *what, int *number) {
+  return scan_bounded(scanner, scan, 0, INT_MAX, what, number);
+}
+
 static bool scan_tag(sig_scanner *scanner, bool (*scan)(sig_scanner *, int64_t *), const char *what, int *tag) {
   return scan_bounded(scanner, scan, 1, INT_MAX, what, tag);
 }
@@ -43,22 +48,23 @@ static bool set_name(sig_gmsh *mesh, int n_dim, int tag, size_t start, const sig
   return true;
 }
 
-/* Reads the numbers of a line of $PhysicalNames: dimension and tag; the tag alone in format 2.0. */
+/* Reads the numbers of a line of $PhysicalNames: dimension and tag; the tag alone in format 2.0. A name without a
+ * dimension, or with the dimension -1, is one of groups of any dimension. */
 static bool scan_name_numbers(sig_gmsh *mesh, int *n_dim, int *tag) {
   sig_scanner *s = &mesh->scanner;
   const sig_scanner before = *s;
   if (mesh->version == 20) {
     *n_dim = -1;
-    if (!scan_tag(s, sig_scan_word_int, "a physical tag", tag)) return false;
+    if (!scan_tag(s, sig_scan_quoted_int, "a physical tag", tag)) return false;
     sig_scan_skip_space(s);
     if (s->at < s->size && s->bytes[s->at] == '"') return true;
     s->at = before.at;
   }
-  return scan_bounded(s, sig_scan_word_int, 0, 3, "a dimension", n_dim) &&
-         scan_tag(s, sig_scan_word_int, "a physical tag", tag);
+  return scan_bounded(s, sig_scan_word_int, -1, 3, "a dimension", n_dim) &&
+         scan_tag(s, sig_scan_quoted_int, "a physical tag", tag);
 }
 
-/* Reads a line of $PhysicalNames: dimension, tag, "name". */
+/* Reads a line of $PhysicalNames: dimension, tag, "name". What other programs write behind the name is skipped. */
 static bool scan_name(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
   int n_dim, tag;
@@ -67,7 +73,8 @@ static bool scan_name(sig_gmsh *mesh) {
   while (s->at < s->size && s->bytes[s->at] != '"' && s->bytes[s->at] != '\n' && s->bytes[s->at] != '\0') s->at++;
   if (s->at >= s->size || s->bytes[s->at] != '"')
     return sig_scan_fail(s, start, "a physical name has no closing quote");
-  const size_t length = s->at++ - start;
+  const size_t length = s->at - start;
+  sig_scan_skip_line(s);
   if (length == 0) return true; /* as without a name */
   const sig_gmsh_group_record named = {
       .name_at = mesh->names.n, .name_length = length, .is_of_any_dimension = n_dim < 0};
@@ -168,7 +175,7 @@ static bool scan_nodes_2(sig_gmsh *mesh) {
   if (!sig_scan_word_int(s, &count) || !start_nodes(mesh, count)) return false;
   if (s->is_binary) sig_scan_skip_line(s);
   for (int i = 0; i < mesh->n_nodes; i++)
-    if (!scan_tag(s, sig_scan_int, "a node number", &mesh->node_tags[i]) ||
+    if (!scan_number(s, sig_scan_int, "a node number", &mesh->node_tags[i]) ||
         !scan_point(s, mesh->coordinates + 3 * (size_t)i))
       return false;
   return true;
@@ -204,9 +211,9 @@ static bool scan_node_block(sig_gmsh *mesh, int *n_done) {
     return sig_scan_fail(s, s->at, "the blocks of $Nodes do not fit the %d nodes that it announces", mesh->n_nodes);
   const bool is_in_turn = mesh->version == 40;
   for (int i = *n_done; !is_in_turn && i < *n_done + (int)count; i++)
-    if (!scan_tag(s, sig_scan_size, "a node number", &mesh->node_tags[i])) return false;
+    if (!scan_number(s, sig_scan_size, "a node number", &mesh->node_tags[i])) return false;
   for (int i = *n_done; i < *n_done + (int)count; i++) {
-    if (is_in_turn && !scan_tag(s, sig_scan_int, "a node number", &mesh->node_tags[i])) return false;
+    if (is_in_turn && !scan_number(s, sig_scan_int, "a node number", &mesh->node_tags[i])) return false;
     if (!scan_place(s, is_parametric ? n_dim : 0, mesh->coordinates + 3 * (size_t)i)) return false;
   }
   *n_done += (int)count;
@@ -301,7 +308,7 @@ static bool scan_element_2(sig_gmsh *mesh, const sig_gmsh_element_type *type, in
   sig_scanner *s = &mesh->scanner;
   const size_t at = sig_scan_here(s);
   int tag, physical, entity;
-  if (!scan_tag(s, sig_scan_int, "an element number", &tag)) return false;
+  if (!scan_number(s, sig_scan_int, "an element number", &tag)) return false;
   if (type == NULL && (!scan_type(s, &type) || !sig_scan_int(s, &n_tags))) return false;
   if (!scan_tags_2(s, n_tags, &physical, &entity) || !scan_element_nodes(mesh, type, tag, at)) return false;
   const bool is_entity = physical == 0;
@@ -358,7 +365,7 @@ static bool scan_element_block(sig_gmsh *mesh, int64_t *n_done, int64_t n_announ
   for (int64_t i = 0; i < count; i++) {
     const size_t at = sig_scan_here(s);
     int tag;
-    if (!scan_tag(s, mesh->version == 40 ? sig_scan_int : sig_scan_size, "an element number", &tag)) return false;
+    if (!scan_number(s, mesh->version == 40 ? sig_scan_int : sig_scan_size, "an element number", &tag)) return false;
     if (!scan_element_nodes(mesh, type, tag, at) || !add_to_groups(mesh, &key, type->n_dim)) return false;
   }
   *n_done += count;

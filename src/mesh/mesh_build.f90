@@ -202,7 +202,8 @@ contains
     if (across == 0) then
       call make_error(error, 'a plane model needs a mesh in a plane z = const, y = const or x = const; here x runs from ' // &
         to_text(lower(1)) // ' to ' // to_text(upper(1)) // ', y from ' // to_text(lower(2)) // ' to ' // to_text(upper(2)) // &
-        ' and z from ' // to_text(lower(3)) // ' to ' // to_text(upper(3)), file=path, hint='build the geometry in the x-y plane')
+        ' and z from ' // to_text(lower(3)) // ' to ' // to_text(upper(3)), file=path, hint='the mesh has surfaces and no ' // &
+        'volumes: for a solid, mesh its volume (gmsh -3); for a plane model, build the geometry in the x-y plane')
     else if (across < 3) then
       axes = [pack(axes, axes /= across), across]
       call append_text(notes, 'the mesh is in a plane ' // axis_names(across) // ' = const: ' // axis_names(axes(1)) // ' and ' // &

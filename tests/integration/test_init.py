@@ -91,6 +91,25 @@ Mesh.MeshSizeMax = 3;
 """
 
 
+def test_sides_of_single_cells_do_not_face_each_other(signorom, tmp_path):
+    """A small cube, turned by 45 degrees, on a large one, a cell each: only the bottom of one faces the top of the other."""
+    corners = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]) - [0.5, 0.5, 0]
+    turned = 0.2 * corners @ [[0.5**0.5, 0.5**0.5, 0], [-(0.5**0.5), 0.5**0.5, 0], [0, 0, 1]] + [0, 0, 1]
+    sides = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+    nodes = [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(np.vstack([corners, turned]), 1)]
+    elements = []
+    for body in (0, 1):
+        cells = [(5, body + 1, range(8))] + [(3, 10 * body + k, side) for k, side in enumerate(sides, 1)]
+        for kind, tag, own in cells:
+            elements.append(f"{len(elements) + 1} {kind} 2 {tag} {tag} {' '.join(str(8 * body + i + 1) for i in own)}")
+    sections = {"MeshFormat": ["2.2 0 8"], "Nodes": [str(len(nodes)), *nodes], "Elements": [str(len(elements)), *elements]}
+    text = "".join("\n".join([f"${name}", *lines, f"$End{name}", ""]) for name, lines in sections.items())
+    (tmp_path / "part.msh").write_text(text)
+    signorom("init", "part.msh", folder=tmp_path)
+    deck = yaml.safe_load((tmp_path / "part.yaml").read_text())
+    assert [{entry["first"], entry["second"]} for entry in deck["contact"]] == [{"surface_2", "surface_11"}]
+
+
 def test_surfaces_that_wrap_around_their_bodies(signorom, tmp_path):
     (tmp_path / "part.geo").write_text(BALL)
     make_mesh(tmp_path / "part.geo", tmp_path / "part.msh", 3)
