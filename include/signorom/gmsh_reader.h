@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
-/* Reads a gmsh file, format 2.0, 2.1, 2.2, 4.0 or 4.1, ASCII or binary, into flat arrays: its mesh, or its nodal
- * fields. Never trusts the file. */
+/* Reads a gmsh file, format 1.0, 2.0, 2.1, 2.2, 4.0 or 4.1, ASCII or (from 2.0) binary, into flat arrays: its mesh, or
+ * its nodal fields. Never trusts the file. */
 #ifndef SIG_GMSH_READER_H
 #define SIG_GMSH_READER_H
 

@@ -148,7 +148,7 @@ contains
     do n_dim = mesh%n_dim - 1, 0, -1
       do i = 1, size(mesh%groups)
         associate (group => mesh%groups(i))
-          if (group%n_dim /= n_dim .or. is_repeated(mesh, i)) cycle
+          if (group%n_dim /= n_dim .or. is_repeated(mesh, i) .or. is_part(mesh, i)) cycle
           text = text // '#   ' // yaml_text(group%name) // ': ' // box_text(mesh%coordinates(:, group%nodes)) // &
             other_names(mesh, i) // nl
         end associate
@@ -168,6 +168,18 @@ contains
 
     is_repeated = any([(are_same(mesh%groups(i), mesh%groups(i_group)), i=1, i_group - 1)])
   end function is_repeated
+
+  !> Whether a boundary of larger dimension has the name of this group, which then is that boundary's in a deck.
+  pure logical function is_part(mesh, i_group)
+    type(mesh_t), intent(in) :: mesh
+    integer, intent(in) :: i_group
+    integer :: i
+
+    associate (group => mesh%groups(i_group))
+      is_part = any([(mesh%groups(i)%name == group%name .and. mesh%groups(i)%n_dim > group%n_dim .and. &
+        mesh%groups(i)%n_dim < mesh%n_dim, i=1, size(mesh%groups))])
+    end associate
+  end function is_part
 
   !> Returns such as ` (also: top_2, lid)` with the names of later groups of the same elements; empty if there are none.
   function other_names(mesh, i_group) result(text)
@@ -224,8 +236,17 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), intent(in) :: pairs(:)
     character(:), allocatable :: text
-    integer :: i
+    integer, allocatable :: body_of_node(:)
+    integer :: i, n_bodies
 
+    call find_bodies(mesh, body_of_node, n_bodies)
+    if (n_bodies == 1) then
+      text = '# A single body can touch a rigid obstacle: name its surface, a point of the plane, and the normal out of the ' // &
+        'obstacle.' // nl // '# A sphere: {type: sphere, center: [...], radius: ...}, and direction: [...] from the surface ' // &
+        'to it. Expressions may move both.' // nl // 'contact:' // nl // '  - {first: ' // placeholder // &
+        ', obstacle: {type: half_space, point: [' // listed(mesh%n_dim) // '], normal: [' // listed(mesh%n_dim) // ']}}' // nl
+      return
+    end if
     if (size(pairs) == 0) then
       text = '# No two surfaces of different bodies face each other: name those that may touch.' // nl // 'contact:' // nl // &
         '  - {first: ' // placeholder // ', second: ' // placeholder // '}' // nl
@@ -241,6 +262,14 @@ contains
       end associate
     end do
   end function contact_section
+
+  !> Returns n places to fill in, with commas between them.
+  pure function listed(n) result(text)
+    integer, intent(in) :: n
+    character(:), allocatable :: text
+
+    text = placeholder // repeat(', ' // placeholder, n - 1)
+  end function listed
 
   !> Returns `, gap about 0.1 to 0.2` for two flat surfaces, otherwise empty: the facets of curved surfaces are too coarse for it.
   pure function gap_of(pair) result(text)

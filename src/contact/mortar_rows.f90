@@ -135,12 +135,13 @@ contains
       " (formulation: mortar keeps the deck's order); " // more%note
   end subroutine take_rows
 
-  !> Whether the sides of an entry may be swapped: its formulation is auto, and the deck gives no gap that depends on the place,
-  !> because such a gap belongs to the nodes of the deck's first surface.
+  !> Whether the sides of an entry may be swapped: it has two, its formulation is auto, and the deck gives no gap that depends on
+  !> the place, because such a gap belongs to the nodes of the deck's first surface.
   pure logical function may_swap(entry)
     type(contact_config_t), intent(in) :: entry
 
-    may_swap = entry%formulation == 'auto' .and. .not. (entry%has_initial_gap .and. entry%initial_gap%uses_coordinates)
+    may_swap = entry%formulation == 'auto' .and. .not. entry%has_obstacle .and. &
+      .not. (entry%has_initial_gap .and. entry%initial_gap%uses_coordinates)
   end function may_swap
 
   pure subroutine swap_sides(entry)

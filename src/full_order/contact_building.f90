@@ -1,5 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The contact rows of a deck: pairs of nodes where the nodes face each other one to one, mortar elsewhere, and obstacles.
+!> The contact rows of a deck: pairs of nodes where the nodes face each other one to one, mortar elsewhere, and obstacles at single
+!> nodes or, with some quadratic facets, in a changed basis.
 module sig_contact_building
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_rows, only: contact_rows_t
@@ -12,6 +13,7 @@ module sig_contact_building
   use sig_mortar_rows, only: add_mortar_rows, may_swap, side_choice_t
   use sig_node_pair_rows, only: areas_of_pairs, create_node_pair_rows
   use sig_node_pairs, only: find_node_pairs, node_pairs_t
+  use sig_obstacle_rows, only: add_obstacle_rows
   use sig_term_set, only: term_set_t
   use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
@@ -20,12 +22,12 @@ module sig_contact_building
 
 contains
 
-  !> Makes the contact rows of all contact entries of the deck, those of pairs and obstacles first, then the mortar rows. Adds the
-  !> terms of their gaps behind those that `terms` has.
+  !> Makes the contact rows of all contact entries of the deck, those of pairs and obstacles at single nodes first, then the others.
+  !> Adds the terms of their gaps behind those that `terms` has.
   !>
-  !> Errors: those of find_node_pairs, set_initial_gaps and add_mortar_rows, such as surfaces that do not face each other, nodes in
-  !> two contacts, nodes that cannot carry a contact force, a gap of the deck that is not finite. Then rows, terms and notes may be
-  !> incomplete.
+  !> Errors: those of find_node_pairs, set_initial_gaps, add_mortar_rows and add_obstacle_rows, such as surfaces that do not face
+  !> each other, nodes in two contacts, nodes that cannot carry a contact force, a gap of the deck that is not finite. Then rows,
+  !> terms and notes may be incomplete.
   subroutine build_contact_rows(deck, mesh, body, boundary, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -53,10 +55,10 @@ contains
     call add_direction_notes(mesh, deck%path, deck%contact, notes)
   end subroutine build_contact_rows
 
-  !> Adds the mortar rows of all entries without pairs, in the deck's order. If an entry is refused and another entry may make it
+  !> Adds the rows of all entries without pairs, in the deck's order. If an entry is refused and another entry may make it
   !> possible by swapping its sides, that other entry must swap them, and all mortar rows are built anew. No entry is told so twice.
   !>
-  !> Errors: those of add_mortar_rows; if entries swapped in vain, the error from before the first such swap.
+  !> Errors: those of add_mortar_rows and add_obstacle_rows; if entries swapped in vain, the error from before the first such swap.
   subroutine add_mortar(deck, mesh, body, boundary, why_mortar, pair_rows, terms, rows, notes, is_swapped, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -84,8 +86,12 @@ contains
       choices = must
       do i = 1, size(deck%contact)
         if (len(why_mortar(i)%text) == 0) cycle
-        call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, choices(i), &
-          error)
+        if (deck%contact(i)%has_obstacle) then
+          call add_obstacle_rows(mesh, body, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, error)
+        else
+          call add_mortar_rows(mesh, body%mechanics, deck%contact, i, deck%path, boundary%is_prescribed, terms, rows, choices(i), &
+            error)
+        end if
         if (allocated(error)) exit
       end do
       if (.not. allocated(error)) exit

@@ -227,9 +227,9 @@ contains
   !>
   !> The gap is huge if the normals of both facets are not within 60 degrees of opposite directions, if their centers are farther
   !> apart than the larger `reach` of both surfaces (0.1 times the diagonal of the box around a surface, or 2 times its mean facet
-  !> size if this is more). Facets that overlap by more than half the larger mean facet size of both surfaces (the smaller one if both
-  !> are flat, because then the gap has no error of coarse facets), or overlap side by side, as the opposite sides of two thin plates
-  !> in a row, have a huge gap, too.
+  !> size if this is more). Facets that overlap by more than half the larger mean facet size of both surfaces (the smaller one if
+  !> both are flat, because then the gap has no error of coarse facets), or overlap side by side, as the opposite sides of two thin
+  !> plates in a row, have a huge gap, too.
   pure function gaps_between(surface, other) result(gaps)
     type(surface_t), intent(in) :: surface
     type(surface_t), intent(in) :: other

@@ -2,6 +2,7 @@
 #include "signorom/gmsh_reader.h"
 
 #include <limits.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,8 +26,7 @@ static bool scan_format(sig_gmsh *mesh) {
   const double known[] = {2.0, 2.1, 2.2, 4.0, 4.1};
   for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
     if (version == known[i]) mesh->version = (int)(10 * known[i] + 0.5);
-  if (mesh->version == 0)
-    return sig_scan_fail(s, at, "gmsh format %.1f is not supported; " WRITE_ANEW, version);
+  if (mesh->version == 0) return sig_scan_fail(s, at, "gmsh format %.1f is not supported; " WRITE_ANEW, version);
   if (is_binary != 0 && is_binary != 1)
     return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
   if (is_binary == 0) return true;
@@ -76,6 +76,8 @@ static bool scan_section_name(sig_scanner *s, char *name, size_t room) {
 
 static bool scan_section_content(sig_gmsh *mesh, const char *name) {
   sig_scanner *s = &mesh->scanner;
+  if (mesh->version == 10 && strcmp(name, "NOD") == 0) return sig_gmsh_scan_nodes(mesh);
+  if (mesh->version == 10 && strcmp(name, "ELM") == 0) return sig_gmsh_scan_elements(mesh);
   if (strcmp(name, "MeshFormat") == 0) return sig_scan_fail(s, s->at, "the file has two $MeshFormat sections");
   if (mesh->is_for_fields && strcmp(name, "NodeData") == 0) return sig_gmsh_scan_node_data(mesh);
   if (mesh->is_for_fields && strcmp(name, "Nodes") != 0) return skip_section(s);
@@ -95,9 +97,11 @@ static bool scan_section_content(sig_gmsh *mesh, const char *name) {
 
 static bool scan_section(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
-  char name[64], end_mark[72] = "$End";
+  char name[64], end_mark[72];
   if (!scan_section_name(s, name, sizeof name)) return false;
   s->section = name;
+  (void)snprintf(end_mark, sizeof end_mark, "%s%s",
+                 strcmp(name, "NOD") == 0 || strcmp(name, "ELM") == 0 ? "$END" : "$End", name);
   sig_scan_skip_line(s);
   bool is_good = scan_section_content(mesh, name);
   if (is_good) {
@@ -105,7 +109,7 @@ static bool scan_section(sig_gmsh *mesh) {
     if (s->at < s->size && s->bytes[s->at] != '$')
       is_good = sig_scan_fail(s, s->at, "$%s has more lines than its first one says", name);
     else
-      is_good = sig_scan_expect(s, strcat(end_mark, name));
+      is_good = sig_scan_expect(s, end_mark);
   }
   s->section = "";
   return is_good;
@@ -118,8 +122,9 @@ static void forget_unused_names(sig_gmsh *mesh) {
     if (groups[i].is_of_any_dimension && !groups[i].has_members) groups[i].name_length = 0;
 }
 
-/* Passes $MeshFormat, before which only comments may stand. */
-static bool find_format(sig_scanner *s) {
+/* Passes $MeshFormat, before which only comments may stand. Format 1.0 has no such section. */
+static bool find_format(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
   const char *mark = "$MeshFormat", *comments = "$Comments";
   sig_scan_skip_space(s);
   while (starts_with(s, comments)) {
@@ -128,8 +133,10 @@ static bool find_format(sig_scanner *s) {
     sig_scan_skip_line(s);
     sig_scan_skip_space(s);
   }
-  if (starts_with(s, "$NOD"))
-    return sig_scan_fail(s, s->at, "gmsh format 1.0 is not supported; " WRITE_ANEW);
+  if (starts_with(s, "$NOD")) {
+    mesh->version = 10;
+    return true;
+  }
   if (!starts_with(s, mark))
     return sig_scan_fail(s, s->at,
                          "not a gmsh mesh file: it does not start with $MeshFormat; meshes of other programs "
@@ -140,9 +147,9 @@ static bool find_format(sig_scanner *s) {
 
 static bool scan_file(sig_gmsh *mesh) {
   sig_scanner *s = &mesh->scanner;
-  if (!find_format(s)) return false;
+  if (!find_format(mesh)) return false;
   s->section = "MeshFormat";
-  if (!scan_format(mesh) || !sig_scan_expect(s, "$EndMeshFormat")) return false;
+  if (mesh->version == 0 && (!scan_format(mesh) || !sig_scan_expect(s, "$EndMeshFormat"))) return false;
   for (;;) {
     sig_scan_skip_space(s);
     if (s->at >= s->size) break;

@@ -304,6 +304,25 @@ static bool scan_tags_2(sig_scanner *s, int64_t n_tags, int *physical, int *enti
   return true;
 }
 
+/* Adds the last element to its physical group; to its entity where it has none. */
+static bool add_to_group_2(sig_gmsh *mesh, int n_dim, int physical, int entity) {
+  const bool is_entity = physical == 0;
+  return add_membership(mesh, sig_gmsh_group_row(mesh, n_dim, is_entity ? entity : physical, is_entity));
+}
+
+/* Reads an element of format 1.0: number, type, physical group, entity, number of nodes, nodes. */
+static bool scan_element_1(sig_gmsh *mesh) {
+  sig_scanner *s = &mesh->scanner;
+  const size_t at = sig_scan_here(s);
+  const sig_gmsh_element_type *type;
+  int tag, physical, entity, n_nodes;
+  if (!scan_number(s, sig_scan_int, "an element number", &tag) || !scan_type(s, &type)) return false;
+  if (!scan_physical_tag(s, &physical) || !scan_bounded(s, sig_scan_int, INT_MIN, INT_MAX, "an entity tag", &entity) ||
+      !scan_bounded(s, sig_scan_int, type->n_nodes, type->n_nodes, "the number of nodes of an element", &n_nodes))
+    return false;
+  return scan_element_nodes(mesh, type, tag, at) && add_to_group_2(mesh, type->n_dim, physical, entity);
+}
+
 static bool scan_element_2(sig_gmsh *mesh, const sig_gmsh_element_type *type, int64_t n_tags) {
   sig_scanner *s = &mesh->scanner;
   const size_t at = sig_scan_here(s);
@@ -311,8 +330,7 @@ static bool scan_element_2(sig_gmsh *mesh, const sig_gmsh_element_type *type, in
   if (!scan_number(s, sig_scan_int, "an element number", &tag)) return false;
   if (type == NULL && (!scan_type(s, &type) || !sig_scan_int(s, &n_tags))) return false;
   if (!scan_tags_2(s, n_tags, &physical, &entity) || !scan_element_nodes(mesh, type, tag, at)) return false;
-  const bool is_entity = physical == 0;
-  return add_membership(mesh, sig_gmsh_group_row(mesh, type->n_dim, is_entity ? entity : physical, is_entity));
+  return add_to_group_2(mesh, type->n_dim, physical, entity);
 }
 
 static bool scan_elements_2(sig_gmsh *mesh) {
@@ -322,7 +340,7 @@ static bool scan_elements_2(sig_gmsh *mesh) {
   if (s->is_binary) sig_scan_skip_line(s);
   for (int64_t n_done = 0; n_done < count;) {
     if (!s->is_binary) {
-      if (!scan_element_2(mesh, NULL, 0)) return false;
+      if (!(mesh->version == 10 ? scan_element_1(mesh) : scan_element_2(mesh, NULL, 0))) return false;
       n_done++;
       continue;
     }

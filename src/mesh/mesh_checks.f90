@@ -4,7 +4,7 @@ module sig_mesh_checks
   use sig_deck_config, only: material_config_t, name_config_t, zone_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: group_t, mesh_t
   use sig_rounding, only: rounding_of_data
   use sig_text, only: append_text, did_you_mean, join, string_t, to_text
   implicit none(type, external)
@@ -158,8 +158,8 @@ contains
     call find_name(mesh, region, mesh%n_dim, mesh%n_dim, 'region', deck_path, i_group, error)
   end subroutine group_of_region
 
-  !> Finds the only group with a name and a dimension from min_dim to max_dim. Errors: as nodes_of_boundary, for groups of these
-  !> dimensions.
+  !> Finds the group with a name and a dimension from min_dim to max_dim. If there are several, as where the rim of a surface has
+  !> its name, it is the one that has all nodes of the others. Errors: as nodes_of_boundary, for groups of these dimensions.
   pure subroutine find_name(mesh, name, min_dim, max_dim, noun, deck_path, i_group, error)
     type(mesh_t), intent(in) :: mesh
     type(name_config_t), intent(in) :: name
@@ -173,22 +173,22 @@ contains
     character(*), parameter :: to_join = 'in the .geo file, name the region beside it; where their nodes differ, join both ' // &
       'by Coherence'
     character(:), allocatable :: hint
-    integer :: i, n_found
+    integer, allocatable :: found(:)
+    integer :: i
 
     i_group = 0
-    n_found = 0
-    do i = size(mesh%groups), 1, -1
+    allocate (found(0))
+    do i = 1, size(mesh%groups)
       if (mesh%groups(i)%name /= name%text .or. len(mesh%groups(i)%name) /= len(name%text)) cycle
-      if (mesh%groups(i)%n_dim < min_dim .or. mesh%groups(i)%n_dim > max_dim) cycle
-      i_group = i
-      n_found = n_found + 1
+      if (mesh%groups(i)%n_dim >= min_dim .and. mesh%groups(i)%n_dim <= max_dim) found = [found, i]
     end do
-    if (n_found == 0) then
+    if (size(found) > 0) i_group = found(maxloc(mesh%groups(found)%n_dim, dim=1))
+    if (size(found) == 0) then
       call refuse_unknown_name(mesh, name, min_dim, max_dim, noun, deck_path, error)
-    else if (n_found > 1) then
-      call make_error(error, "the mesh has " // to_text(n_found) // " physical groups with the name '" // name%text // &
-                      "' that could be this " // noun, file=deck_path, line=name%line, column=name%column, &
-                      hint='give each its own name in the .geo file')
+    else if (.not. all([(has_nodes_of(mesh%groups(i_group), mesh%groups(found(i))), i=1, size(found))])) then
+      call make_error(error, "the mesh has " // to_text(size(found)) // " physical groups with the name '" // name%text // &
+                      "' that could be this " // noun // ', and none has all nodes of the others', file=deck_path, &
+                      line=name%line, column=name%column, hint='give each its own name in the .geo file')
     else if (size(mesh%groups(i_group)%nodes) == 0) then
       hint = 'see that the mesh has elements of this group'
       if (noun /= 'region') hint = hint // '; ' // to_join
@@ -201,6 +201,16 @@ contains
     end if
     if (allocated(error)) i_group = 0
   end subroutine find_name
+
+  !> Whether a group has all nodes of another one.
+  pure logical function has_nodes_of(group, other)
+    type(group_t), intent(in) :: group, other
+    logical :: is_in(max(maxval([0, group%nodes]), maxval([0, other%nodes])))
+
+    is_in = .false.
+    is_in(group%nodes) = .true.
+    has_nodes_of = all(is_in(other%nodes))
+  end function has_nodes_of
 
   pure subroutine refuse_unknown_name(mesh, name, min_dim, max_dim, noun, deck_path, error)
     type(mesh_t), intent(in) :: mesh

@@ -32,12 +32,13 @@ module sig_node_pairs
 
 contains
 
-  !> Finds the pairs of all contact entries that can have pairs, and says for the others why they need mortar. An entry with the
-  !> formulation mortar gets no pairs. One with auto and two surfaces gets pairs if pair_surfaces and, in an axisymmetric model,
-  !> check_axis find no error. Local. Cost: O(n log n) in the nodes of the surfaces.
+  !> Finds the pairs of all contact entries that can have pairs, and says for the others why they need mortar, or a changed basis
+  !> against an obstacle. An entry with the formulation mortar gets no pairs. One with auto gets pairs if pair_surfaces and, in an
+  !> axisymmetric model, check_axis find no error. Local. Cost: O(n log n) in the nodes of the surfaces.
   !>
-  !> Errors, with the entry's place in the deck: those of open_surfaces for all entries; for entries that must have pairs, because
-  !> they have an obstacle or the formulation node_to_node, those of pair_surfaces and, in an axisymmetric model, of check_axis.
+  !> Errors, with the entry's place in the deck: those of open_surfaces for all entries; for entries with the formulation
+  !> node_to_node, those of pair_surfaces and, in an axisymmetric model, of check_axis; a node of an obstacle's surface that is in a
+  !> pair of an earlier entry.
   pure subroutine find_node_pairs(mesh, is_round, contact, deck_path, pairs, error, why_mortar)
     type(mesh_t), intent(in) :: mesh
     !> whether the body is the mesh turned around the axis x = 0
@@ -48,8 +49,8 @@ contains
     character(*), intent(in) :: deck_path
     type(node_pairs_t), intent(out) :: pairs
     type(error_t), allocatable, intent(out) :: error
-    !> reason why an entry needs mortar, empty if it has pairs; shape (size(contact)). Without this argument, entries with auto must
-    !> have pairs, too
+    !> reason why an entry needs other rows, empty if it has pairs; shape (size(contact)). Without this argument, entries with auto
+    !> must have pairs, too
     type(string_t), allocatable, intent(out), optional :: why_mortar(:)
     type(surface_pair_t) :: surfaces
     type(pairing_t) :: before, pairing
@@ -75,8 +76,8 @@ contains
     call collect_pairs(mesh, pairing, pairs)
   end subroutine find_node_pairs
 
-  !> Finds the pairs of one entry, or the reason why it needs mortar instead. Errors: those of pair_surfaces and, in an axisymmetric
-  !> model, of check_axis; none with formulation mortar.
+  !> Finds the pairs of one entry, or the reason why it needs other rows instead. Errors: those of pair_surfaces and, in an
+  !> axisymmetric model, of check_axis; none with formulation mortar.
   pure subroutine pair_entry(mesh, is_round, surfaces, pairing, why, error)
     type(mesh_t), intent(in) :: mesh
     logical, intent(in) :: is_round
@@ -96,10 +97,12 @@ contains
       why = 'because node-to-node contact cannot use an edge of three nodes that ends on the axis'
     else if (first_weak_facet(mesh, [surfaces%first_facets, surfaces%second_facets]) > 0) then
       why = 'because node-to-node contact cannot use faces of six or eight nodes'
+    else if (surfaces%entry%has_obstacle) then
+      why = ''
     else
       why = 'because node-to-node contact cannot pair the nodes of both surfaces'
     end if
-    if (.not. allocated(error) .or. surfaces%entry%formulation /= 'auto' .or. surfaces%entry%has_obstacle) why = ''
+    if (.not. allocated(error) .or. surfaces%entry%formulation /= 'auto') why = ''
   end subroutine pair_entry
 
   pure subroutine collect_pairs(mesh, pairing, pairs)

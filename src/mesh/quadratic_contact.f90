@@ -31,20 +31,16 @@ contains
     !> facets of the surface in the mesh, 1-based
     integer, intent(in) :: facets(:)
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: remedy
     integer :: i
 
     i = first_weak_facet(mesh, facets)
     if (i == 0) return
-    remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1) or ' // &
-      'hexahedra of 27 nodes'
-    if (surfaces%entry%has_obstacle) remedy = 'mesh the body with linear elements (Mesh.ElementOrder = 1) or hexahedra of 27 ' // &
-      'nodes, or replace the obstacle by a meshed body'
     associate (nodes => nodes_of_facet(mesh, facets(i)))
       call refuse(surfaces, surface, "the surface '" // surface%text // "' has " // &
         trim(element_types(element_type_with(mesh%n_dim - 1, size(nodes)))%name) // ' faces, at ' // node_text(mesh, nodes(1)) // &
         '; node-to-node contact cannot take them, because a uniform pressure gives zero or negative forces at their corners', &
-        error, remedy)
+        error, 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1) or ' // &
+        'hexahedra of 27 nodes')
     end associate
   end subroutine check_weights
 
@@ -134,15 +130,11 @@ contains
     type(mesh_t), intent(in) :: mesh
     type(surface_pair_t), intent(in) :: surfaces
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: remedy
 
     if (.not. has_quadratic_end(mesh, surfaces%first_facets)) return
-    remedy = 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)'
-    if (surfaces%entry%has_obstacle) remedy = &
-      'mesh the body with linear elements (Mesh.ElementOrder = 1), or replace the obstacle by a meshed body'
     call refuse(surfaces, surfaces%entry%first, "the surface '" // surfaces%entry%first%text // "' has an edge of three nodes " // &
       'that ends on the axis; node-to-node contact cannot take it, because a uniform pressure has no force on the node at r = 0', &
-      error, remedy)
+      error, 'take formulation: mortar, or mesh the bodies in contact with linear elements (Mesh.ElementOrder = 1)')
   end subroutine check_axis
 
   !> Whether one of the facets is an edge of three nodes that ends on the axis.

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import yaml
 
-from block_meshes import stacked_blocks
+from block_meshes import Mesh, stacked_blocks
 from gmsh_mesh import make_mesh
+from results import read_fields
 from runs import HERE, refuse
 
 MESHES = HERE.parents[1] / "meshes"
@@ -92,17 +93,28 @@ Mesh.MeshSizeMax = 3;
 
 
 def test_sides_of_single_cells_do_not_face_each_other(signorom, tmp_path):
-    """A small cube, turned by 45 degrees, on a large one, a cell each: only the bottom of one faces the top of the other."""
-    corners = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]) - [0.5, 0.5, 0]
-    turned = 0.2 * corners @ [[0.5**0.5, 0.5**0.5, 0], [-(0.5**0.5), 0.5**0.5, 0], [0, 0, 1]] + [0, 0, 1]
+    """A small cube, turned by 45 degrees, on a large one, a cell each: only the bottom faces the top."""
+    corners = np.array([(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]) - [
+        0.5,
+        0.5,
+        0,
+    ]
+    half = 0.5**0.5
+    turned = 0.2 * corners @ [[half, half, 0], [-half, half, 0], [0, 0, 1]] + [0, 0, 1]
     sides = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
     nodes = [f"{i} {x} {y} {z}" for i, (x, y, z) in enumerate(np.vstack([corners, turned]), 1)]
     elements = []
     for body in (0, 1):
         cells = [(5, body + 1, range(8))] + [(3, 10 * body + k, side) for k, side in enumerate(sides, 1)]
         for kind, tag, own in cells:
-            elements.append(f"{len(elements) + 1} {kind} 2 {tag} {tag} {' '.join(str(8 * body + i + 1) for i in own)}")
-    sections = {"MeshFormat": ["2.2 0 8"], "Nodes": [str(len(nodes)), *nodes], "Elements": [str(len(elements)), *elements]}
+            elements.append(
+                f"{len(elements) + 1} {kind} 2 {tag} {tag} {' '.join(str(8 * body + i + 1) for i in own)}"
+            )
+    sections = {
+        "MeshFormat": ["2.2 0 8"],
+        "Nodes": [str(len(nodes)), *nodes],
+        "Elements": [str(len(elements)), *elements],
+    }
     text = "".join("\n".join([f"${name}", *lines, f"$End{name}", ""]) for name, lines in sections.items())
     (tmp_path / "part.msh").write_text(text)
     signorom("init", "part.msh", folder=tmp_path)
@@ -234,6 +246,39 @@ def test_filled_in_deck_runs(signorom, tmp_path, n_dim):
     signorom("check", deck, folder=tmp_path)
     signorom("run", deck, folder=tmp_path)
     assert (tmp_path / "results" / "part" / "model.h5").exists()
+
+
+def test_a_single_body_touches_an_obstacle(signorom, tmp_path):
+    """A column 1 high and wide, E = 100, on a rigid plane: P presses it down by P / 100, and the plane carries P.
+
+    A point with the name of the top, whose corner it is, is no boundary of its own.
+    """
+    mesh = Mesh()
+    names = {(1, 0): "bottom", (1, 1): "top", (0, 0): "left"}
+    mesh.add_block("column", [np.array([0.0, 0.4, 1.0]), np.array([0.0, 0.3, 1.0])], "Q4", names)
+    corner = int(np.argmax(mesh.coordinates[:, :2].sum(axis=1)))
+    mesh.elements.append(("P1", "top", (corner,)))
+    mesh.write(tmp_path / "part.msh")
+    signorom("init", "part.msh", folder=tmp_path)
+    deck = tmp_path / "part.yaml"
+    assert deck.read_text().count("#   top: ") == 1
+    fill(deck, "P", min="1", max="9")
+    fill(deck, "column", young_modulus="100", poisson_ratio="0.0")
+    text = deck.read_text()
+    for old, new in (
+        ("boundary: FILL_IN, displacement: {x: 0, y: 0}", "boundary: left, displacement: {x: 0}"),
+        ("boundary: FILL_IN", "boundary: top"),
+        ("first: FILL_IN", "first: bottom"),
+        ("point: [FILL_IN, FILL_IN], normal: [FILL_IN, FILL_IN]", "point: [5, 0], normal: [0, 1]"),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    deck.write_text(text)
+    signorom("solve", deck, "--at", "P=5", folder=tmp_path)
+    fields = read_fields(tmp_path / "results" / "part" / "fields.h5")
+    # rounding: the sum of forces is the load, the shortening that of a bar
+    assert fields["multipliers_full_order"].sum() == pytest.approx(5, rel=1e-10)
+    assert np.ptp(fields["displacement"][:, 1]) == pytest.approx(0.05, rel=1e-10)
 
 
 def fill(deck, name, **values):
