@@ -132,7 +132,8 @@ contains
     if (self%n > 0) moved = matmul(bodies%modes_at(i_node), self%amplitudes(:, bodies%body_of_node(i_node), :))
   end function at_node
 
-  !> Returns the work of forces on each idle motion, and the sum of the sizes of its parts, which its rounding is compared with.
+  !> Returns the work of forces on each idle motion, and what its rounding is compared with: the sum over the forces of their size
+  !> times that of the motion of their node. A force across the motion counts, too: its own rounding may be along the motion.
   pure subroutine work(self, bodies, dofs, forces, done, size_of_parts)
     class(idle_motions_t), intent(in) :: self
     class(rigid_bodies_t), intent(in) :: bodies
@@ -151,10 +152,8 @@ contains
     do i = 1, size(dofs)
       i_node = (dofs(i) - 1) / n_dim + 1
       moved = self%at_node(bodies, i_node)
-      associate (row => moved(dofs(i) - n_dim * (i_node - 1), :))
-        done = done + forces(i) * row
-        size_of_parts = size_of_parts + abs(forces(i) * row)
-      end associate
+      done = done + forces(i) * moved(dofs(i) - n_dim * (i_node - 1), :)
+      size_of_parts = size_of_parts + abs(forces(i)) * norm2(moved, dim=1)
     end do
   end subroutine work
 

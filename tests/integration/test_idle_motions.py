@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from block_meshes import Mesh
+from block_meshes import Mesh, stacked_blocks
 from gmsh_mesh import make_mesh
 from results import read_fields
 from runs import CRASH, refuse
@@ -153,6 +153,29 @@ def test_a_model_says_where_loads_drive_the_block(signorom, post, tmp_path):
         answer = opened.query(stroke=STROKE, P=0.05, Q=0.05)
         assert answer.multipliers.sum() == pytest.approx(2 * STIFFNESS * STROKE, rel=1e-8)
         np.testing.assert_allclose(answer.displacement, exact(STROKE, 0.05), atol=1e-10 * STROKE)
+
+
+PRESSED = """\
+mesh: {file: part.msh, model: plane_strain}
+parameters: {P: {min: 1.0, max: 2.0}}
+materials: {all: {regions: [lower, upper], young_modulus: 100.0, poisson_ratio: 0.0}}
+boundary_conditions: [{boundary: bottom, displacement: {x: 0, y: 0}}]
+loads: [{boundary: top, pressure: P}]
+contact: [{first: lower_face, second: upper_face, direction: [0, 1]}]
+"""
+
+
+def test_rounding_of_a_normal_drives_nothing(signorom, tmp_path):
+    """A pressure on a top that is even but for rounding, as in converted meshes, has no force along x."""
+    mesh = stacked_blocks("Q4", 2)
+    mesh.coordinates[:, 1] += 1e-15 * np.cos(np.arange(len(mesh.coordinates)))
+    mesh.write(tmp_path / "part.msh")
+    (tmp_path / "part.yaml").write_text(PRESSED)
+    shown = signorom("solve", "part.yaml", "--at", "P=1.5", folder=tmp_path)
+    assert "nothing holds the body 'upper' (translation in x), and no load drives it" in shown
+    forces = read_fields(tmp_path / "results" / "part" / "fields.h5")["multipliers_full_order"]
+    width = np.ptp(mesh.coordinates[mesh.nodes_of("top"), 0])
+    assert forces.sum() == pytest.approx(1.5 * width, rel=DIRECT)
 
 
 # A disc, 50 high and wide, between plates; its arcs begin and end at 21 degrees beside the contacts, with edges of
