@@ -8,7 +8,7 @@ module sig_mid_nodes
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: check_mid_nodes
+  public :: check_mid_nodes, element_text
 
   !> number of corners of a quadrilateral face
   integer, parameter :: most_corners = 4

@@ -15,7 +15,7 @@ import yaml
 from block_meshes import stacked_blocks
 from gmsh_formats import FORMATS, groups_of, write_as
 from gmsh_mesh import make_mesh
-from runs import read_fields
+from runs import read_fields, refuse
 
 NOUNS = {0: "point", 1: "curve", 2: "surface", 3: "volume"}
 
@@ -212,3 +212,39 @@ def test_plane_mesh_out_of_all_planes(signorom, tmp_path):
         "a plane model needs a mesh in a plane z = const, y = const or x = const; here x runs from 0.0 to 1.0"
     )
     assert said in done.stderr
+
+
+# a cube, nodes 1 to 8, below two tetrahedra that divide its top, or below one pyramid
+TORN = """$MeshFormat
+2.2 0 8
+$EndMeshFormat
+$Nodes
+9
+1 0 0 0
+2 1 0 0
+3 1 1 0
+4 0 1 0
+5 0 0 1
+6 1 0 1
+7 1 1 1
+8 0 1 1
+9 0.5 0.5 2
+$EndNodes
+$Elements
+COUNT
+1 3 2 2 1 1 4 3 2
+2 5 2 1 1 1 2 3 4 5 6 7 8
+TOP
+$EndElements
+"""
+
+
+def test_tetrahedra_on_a_quadrilateral_face(signorom, tmp_path):
+    """The edge from 5 to 7 divides the face 5, 6, 7, 8 of the cube, whose displacement bends there: refused."""
+    top = "3 4 2 3 1 5 6 7 9\n4 4 2 3 1 5 7 8 9"
+    (tmp_path / "torn.msh").write_text(TORN.replace("COUNT", "4").replace("TOP", top))
+    said = " ".join(refuse(signorom, "init", "torn.msh", folder=tmp_path).split())
+    assert "torn.msh:20:1: error: the T4 3 of 'volume_3' has an edge, between the nodes 5 and 7" in said
+    assert "across a quadrilateral face of the H8 2 of 'volume_1'" in said
+    (tmp_path / "whole.msh").write_text(TORN.replace("COUNT", "3").replace("TOP", "3 7 2 3 1 5 6 7 8 9"))
+    signorom("init", "whole.msh", folder=tmp_path)
