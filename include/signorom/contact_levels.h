@@ -5,13 +5,13 @@
 #define SIGNOROM_CONTACT_LEVELS_H
 #include <petscksp.h>
 
-/* Makes the levels of GAMG, built for K, keep their interpolations for T' K T; sig_contact_levels_hold computes their
- * matrices. K = `stiffness` and T = `transformation` are kept as references; `inverse`, the inverse of T, is only read.
- * The function does nothing where options chose another preconditioner or where there is one level. */
-PetscErrorCode sig_contact_levels_create(KSP ksp, Mat stiffness, Mat transformation, Mat inverse);
+/* Makes a KSP with the levels of a GAMG for K solve with T' K T. T = `transformation` is kept as a reference;
+ * `inverse`, the inverse of T, is only read. `mark` has 1 for each unknown that may be held though T leaves it as it
+ * is, and 0 for all others; it changes. All unknowns are free until sig_contact_levels_hold. Where options chose
+ * another preconditioner, the operator changes alone. Collective. */
+PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat inverse, Vec mark);
 
-/* Computes the matrices of the levels where unknowns are held; the finest level works with the matrices of the KSP.
- * `free_share` has 1 for each free unknown and a small number, the remaining share of its interpolation, for a held
- * one. The function does nothing where sig_contact_levels_create did nothing. */
-PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec free_share);
+/* Holds the unknowns for which `is_free` is 0, and computes the matrices of the levels; it is 1 for all others.
+ * Collective. */
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec is_free);
 #endif

@@ -17,21 +17,18 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
    sig_linear_solver_destroy. */
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
-/* Makes the KSP solve with `matrix` = T' K T from now on, where some unknowns are held. The entries of `matrix` may be
- * set later. T is `transformation`, with its `inverse`, and K is `stiffness`. The levels of GAMG keep the
- * interpolations that they have for the matrix of sig_linear_solver_create. */
-int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t stiffness, intptr_t transformation, intptr_t inverse,
-                                      intptr_t matrix);
+/* Makes a KSP with multigrid for K solve with T' K T from now on, where some unknowns are held: none until
+ * sig_linear_solver_hold. T is `transformation`, with its `inverse`. The levels of GAMG keep their interpolations.
+ * `mark` has 1 for each unknown that may be held though T leaves it as it is, and 0 for all others; it changes. */
+int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t transformation, intptr_t inverse, intptr_t mark);
 
-/* Says which unknowns are held. Call it after sig_linear_solver_change_unknowns and before sig_linear_solver_renew.
- * `free_share` has 1 for a free unknown and a small number, the remaining share of its interpolation, for a held one.
- */
-int sig_linear_solver_hold(intptr_t ksp, intptr_t free_share);
+/* Says which unknowns are held: `is_free` has 0 for them and 1 for all others. Call it after
+ * sig_linear_solver_change_unknowns. `reason` and `message` are as for sig_linear_solver_create. */
+int sig_linear_solver_hold(intptr_t ksp, intptr_t is_free, int *reason, char *message);
 
-/* Makes a KSP ready again after the entries of its matrix changed within their pattern: MUMPS keeps its ordering and
-   factors the new numbers, GAMG keeps its interpolation and computes the matrices of its levels anew. `reason` and
+/* Factors a matrix again after its entries changed within their pattern: MUMPS keeps its ordering. `reason` and
    `message` are as for sig_linear_solver_create. */
-int sig_linear_solver_renew(intptr_t ksp, int *reason, char *message);
+int sig_linear_solver_factor_again(intptr_t ksp, int *reason, char *message);
 
 /* Tells how many solves with the factor take about the time of one factorization, by MUMPS's count of operations; 0
  * where there is no count. */

@@ -7,7 +7,4 @@
 
 /* Makes a copy of an AIJ matrix whose pattern has full blocks of its block size; the caller destroys it. */
 PetscErrorCode sig_symmetric_copy_create(Mat matrix, Mat *copy);
-
-/* Copies new values of the matrix into its copy. */
-PetscErrorCode sig_symmetric_copy_fill(Mat matrix, Mat copy);
 #endif

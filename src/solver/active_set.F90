@@ -9,7 +9,7 @@ module sig_active_set
   use sig_holding, only: change_first, first_to_block, is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
   use sig_linear_interpolant, only: set_linear_interpolant
-  use sig_linear_solver, only: constrain, hold, linear_solver_t, set_near_null_space
+  use sig_linear_solver, only: hold, linear_solver_t, set_near_null_space
   use sig_log, only: log_warning
   use sig_next_active_set, only: next_active_set
   use sig_petsc_support, only: create_vector
@@ -25,8 +25,10 @@ module sig_active_set
   type, extends(contact_solver_t) :: active_set_t
     type(bound_form_t) :: form
     type(linear_solver_t) :: linear_solver
-    !> system of the current step: T' K T and forces, where closed pairs and prescribed dofs are held
+    !> without multigrid: T' K T, and the same in the current step, where closed pairs and prescribed dofs are held
+    Mat :: stiffness
     Mat :: matrix
+    !> forces of the current step; 0 at held unknowns with multigrid, which solves for the others
     Vec :: rhs
     !> unknowns of the bound form in the last step, from which conjugate gradients start
     Vec :: solution
@@ -75,7 +77,7 @@ module sig_active_set
 
 contains
 
-  !> Makes T' K T (bound_form_t), work vectors and, with multigrid, its levels. If the levels cannot be made, a warning says so, and
+  !> Makes T (bound_form_t), work vectors, and the multigrid levels or T' K T. If the levels cannot be made, a warning says so, and
   !> multigrid fails at the first `solve`. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
@@ -85,41 +87,44 @@ contains
     PetscCall(self%form%create(system, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%solution, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%rhs, ierr))
-    PetscCall(MatDuplicate(self%form%matrix, MAT_DO_NOT_COPY_VALUES, self%matrix, ierr))
     self%linear_solver%is_multigrid = self%is_multigrid
     if (self%is_multigrid) then
       PetscCall(build_levels(self, system, ierr))
+    else
+      PetscCall(create_matrices(self, system, ierr))
     end if
   end subroutine create
 
-  !> Builds the multigrid levels for K without contact. Each aggregate lies in one body, so that its rigid motions let bodies slide
-  !> and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of the linear
-  !> solver stays. Collective.
-  subroutine build_levels(self, system, ierr)
+  !> Makes the matrices for factorizations. Collective.
+  subroutine create_matrices(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: nothing(system%map%n_dofs)
-    Mat :: bodies, inverse
-    Vec :: rhs
 
-    nothing = 0
-    PetscCall(constrain(system, system%stiffness, system%boundary%prescribed_dofs, nothing, nothing, bodies, rhs, ierr))
-    PetscCall(VecDestroy(rhs, ierr))
-    PetscCall(set_near_null_space(system, bodies, ierr))
-    PetscCall(set_linear_interpolant(system, bodies, ierr))
-    PetscCall(self%linear_solver%factor(bodies, 'active_set_', ierr))
+    PetscCall(self%form%create_matrix(system, self%stiffness, ierr))
+    PetscCall(MatDuplicate(self%stiffness, MAT_DO_NOT_COPY_VALUES, self%matrix, ierr))
+  end subroutine create_matrices
+
+  !> Builds the multigrid levels for K without contacts and supports. Each aggregate lies in one body, so that its rigid motions let
+  !> bodies slide and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of the
+  !> linear solver stays. Collective.
+  subroutine build_levels(self, system, ierr)
+    type(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+    Mat :: inverse
+
+    PetscCall(set_near_null_space(system, system%stiffness, ierr))
+    PetscCall(set_linear_interpolant(system, system%stiffness, ierr))
+    PetscCall(self%linear_solver%factor(system%stiffness, 'active_set_', ierr))
     if (self%linear_solver%reason == reason_converged) then
       PetscCall(self%form%create_inverse(system, inverse, ierr))
-      associate (transformation => self%form%transformation)
-        PetscCall(self%linear_solver%change_unknowns(system%stiffness, transformation, inverse, self%matrix, ierr))
-      end associate
+      PetscCall(self%linear_solver%change_unknowns(system, self%form%transformation, inverse, ierr))
       PetscCall(MatDestroy(inverse, ierr))
     else
       ! its reason stays
       PetscCall(self%linear_solver%destroy(ierr))
     end if
-    PetscCall(MatDestroy(bodies, ierr))
   end subroutine build_levels
 
   !> Solves the point at which the terms have the values theta [-]. If multigrid fails and may_factor is true, factorizations solve
@@ -138,6 +143,7 @@ contains
     PetscCall(self%linear_solver%destroy(ierr))
     self%is_multigrid = .false.
     self%linear_solver%is_multigrid = .false.
+    PetscCall(create_matrices(self, system, ierr))
     PetscCall(find_set(self, system, theta, state, ierr))
   end subroutine solve
 
@@ -237,7 +243,7 @@ contains
         PetscCall(improve_in_levels(self, system, factor_noise_levels, state, step, ierr))
         if (self%linear_solver%reason == reason_converged) return
       end if
-      PetscCall(self%linear_solver%renew(ierr))
+      PetscCall(self%linear_solver%factor_again(ierr))
     else
       PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
     end if
@@ -271,8 +277,7 @@ contains
     end if
   end subroutine improve_in_levels
 
-  !> Computes the loads and held values of a step, sets matrix and right-hand side of `self` for it, and prepares multigrid if it is
-  !> used. Collective.
+  !> Computes the loads and held values of a step, and sets the system of `self` for it. Collective.
   subroutine prepare_step(self, system, theta, is_closed, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -291,15 +296,33 @@ contains
     step%values = system%prescribed_displacement(theta)
     step%values(self%form%bounded_dofs) = self%form%bounds(system, theta)
     step%dofs = [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)]
-    PetscCall(MatCopy(self%form%matrix, self%matrix, SAME_NONZERO_PATTERN, ierr))
-    PetscCall(system%put(step%forces, self%rhs, ierr))
-    PetscCall(hold(system, step%dofs, step%values, self%matrix, self%rhs, ierr))
-    PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
-    if (self%is_multigrid .and. self%linear_solver%ksp /= 0) then
-      PetscCall(self%linear_solver%hold_in_levels(system, step%dofs, ierr))
-      PetscCall(self%linear_solver%renew(ierr))
+    if (self%is_multigrid) then
+      PetscCall(hold_in_levels(self, system, step, ierr))
+    else
+      PetscCall(MatCopy(self%stiffness, self%matrix, SAME_NONZERO_PATTERN, ierr))
+      PetscCall(system%put(step%forces, self%rhs, ierr))
+      PetscCall(hold(system, step%dofs, step%values, self%matrix, self%rhs, ierr))
     end if
   end subroutine prepare_step
+
+  !> Sets multigrid and the right-hand side for a step: the forces on free unknowns, less those of the held values. Collective.
+  subroutine hold_in_levels(self, system, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    type(step_t), intent(in) :: step
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: held(system%map%n_dofs), forces(system%map%n_dofs)
+
+    held = 0
+    held(step%dofs) = step%values(step%dofs)
+    PetscCall(self%form%apply_stiffness(system, held, forces, ierr))
+    forces = step%forces - forces
+    forces(step%dofs) = 0
+    PetscCall(system%put(forces, self%rhs, ierr))
+    if (self%linear_solver%ksp /= 0) then
+      PetscCall(self%linear_solver%hold_unknowns(system, step%dofs, ierr))
+    end if
+  end subroutine hold_in_levels
 
   !> Solves to a tolerance, starting from the last solution, and finds the set that the result asks for (step%wanted). Reads
   !> state%is_active; state%n_linear_iterations grows. Collective.
@@ -313,17 +336,17 @@ contains
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
-    Vec :: forces
 
+    if (self%is_multigrid) then
+      PetscCall(system%put_some(step%dofs, 0 * step%values, self%solution, ierr))
+    else
+      PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
+    end if
     PetscCall(self%linear_solver%solve_vector(self%rhs, tolerance, self%solution, ierr))
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
-    ! multigrid changes these unknowns a little, too
     PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
     PetscCall(system%get(self%solution, step%unknowns, ierr))
-    PetscCall(VecDuplicate(self%rhs, forces, ierr))
-    PetscCall(MatMult(self%form%matrix, self%solution, forces, ierr))
-    PetscCall(system%get(forces, step%residual, ierr))
-    PetscCall(VecDestroy(forces, ierr))
+    PetscCall(self%form%apply_stiffness(system, step%unknowns, step%residual, ierr))
     step%residual = step%residual - step%forces
     step%multipliers = self%form%multipliers(step%residual)
     step%opening = self%form%bounds(system, step%theta) - step%unknowns(self%form%bounded_dofs)
@@ -426,6 +449,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%linear_solver%destroy(ierr))
+    PetscCall(MatDestroy(self%stiffness, ierr))
     PetscCall(MatDestroy(self%matrix, ierr))
     PetscCall(VecDestroy(self%rhs, ierr))
     PetscCall(VecDestroy(self%solution, ierr))

@@ -16,7 +16,7 @@ module sig_bound_form
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: create_matrix, precondition_failed
+  use sig_petsc_support, only: create_pattern_matrix => create_matrix, precondition_failed
   use petsc
   implicit none(type, external)
   private
@@ -24,9 +24,7 @@ module sig_bound_form
 
   !> The transformation T for the contact rows of one system. Call create, then the other procedures, then destroy.
   type :: bound_form_t
-    !> T, and T' K T on all dofs
     Mat :: transformation
-    Mat :: matrix
     !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
     !> level of each row: rows of one level change their unknowns together, 1 = first; shape (n_rows)
@@ -42,6 +40,8 @@ module sig_bound_form
   contains
     procedure :: create
     procedure :: create_inverse
+    procedure :: create_matrix
+    procedure :: apply_stiffness
     procedure :: to_displacement
     procedure :: to_unknowns
     procedure :: to_forces_on_unknowns
@@ -52,9 +52,9 @@ module sig_bound_form
 
 contains
 
-  !> Makes T and T' K T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound
-  !> of one unknown. Requires: each contact row has a coefficient other than 0 on a free dof of a node that no other row of its
-  !> level or of a higher one meets; otherwise ierr is set. Collective.
+  !> Makes T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound of one
+  !> unknown. Requires: each contact row has a coefficient other than 0 on a free dof of a node that no other row of its level or of
+  !> a higher one meets; otherwise ierr is set. Collective.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
@@ -63,11 +63,37 @@ contains
     call set_reflectors(self, system)
     SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
     PetscCall(assemble_levels(self, system, .false., self%transformation, ierr))
-    PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, self%matrix, ierr))
-    ! what a second product would use is as large as K
-    PetscCall(MatProductClear(self%matrix, ierr))
-    PetscCall(MatSetOption(self%matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create
+
+  !> Makes T' K T on all dofs, which the caller destroys. Requires: create. Collective.
+  subroutine create_matrix(self, system, matrix, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    Mat, intent(out) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, matrix, ierr))
+    ! what a second product would use is as large as K
+    PetscCall(MatProductClear(matrix, ierr))
+    PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+  end subroutine create_matrix
+
+  !> Computes T' K T x from unknowns x, without the matrix. Collective.
+  subroutine apply_stiffness(self, system, unknowns, forces, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> [length] natural, shape (n_dofs)
+    real(rk), intent(in) :: unknowns(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(out) :: forces(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: displacement(size(unknowns))
+
+    displacement = unknowns
+    call self%to_displacement(system, displacement)
+    PetscCall(system%apply_stiffness(displacement, forces, ierr))
+    call self%to_forces_on_unknowns(system, forces)
+  end subroutine apply_stiffness
 
   !> Makes the inverse of T, which the caller destroys. Requires: create. Collective.
   subroutine create_inverse(self, system, inverse, ierr)
@@ -278,7 +304,7 @@ contains
           end do
         end associate
       end do
-      PetscCall(create_matrix(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
+      PetscCall(create_pattern_matrix(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
     end associate
   end subroutine create_pattern
 
@@ -371,12 +397,11 @@ contains
     multipliers = -residual(self%bounded_dofs) / self%norms
   end function multipliers
 
-  !> Frees the matrices. Collective.
+  !> Frees T. Collective.
   subroutine destroy(self, ierr)
     class(bound_form_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(MatDestroy(self%transformation, ierr))
-    PetscCall(MatDestroy(self%matrix, ierr))
   end subroutine destroy
 end module sig_bound_form

@@ -11,7 +11,7 @@ module sig_linear_solver
   use sig_petsc_support, only: create_vector, message_size
   use sig_reasons, only: reason_converged, reason_floating_body, reason_linear_solver
   use sig_solver_c_interfaces, only: sig_linear_solver_change_unknowns, sig_linear_solver_create, sig_linear_solver_destroy, &
-    sig_linear_solver_hold, sig_linear_solver_keep_factor, sig_linear_solver_renew, sig_linear_solver_solve, &
+    sig_linear_solver_factor_again, sig_linear_solver_hold, sig_linear_solver_keep_factor, sig_linear_solver_solve, &
     sig_linear_solver_solve_many, sig_linear_solver_solves_per_factorization, sig_set_near_null_space
   use petsc
   implicit none(type, external)
@@ -31,8 +31,8 @@ module sig_linear_solver
   contains
     procedure :: factor
     procedure :: change_unknowns
-    procedure :: hold_in_levels
-    procedure :: renew
+    procedure :: hold_unknowns
+    procedure :: factor_again
     procedure :: solves_per_factorization
     procedure :: keep_factor
     procedure :: solve_many
@@ -44,8 +44,6 @@ module sig_linear_solver
   integer(c_int), parameter :: kind_cholesky = 1
   integer(c_int), parameter :: kind_multigrid = 2
   integer(c_int), parameter :: is_singular = -2
-  !> [-] factor of the interpolation of held unknowns: with zero, coarse matrices could become singular
-  real(rk), parameter :: held_share = 1.0e-3_rk
 
 contains
 
@@ -122,55 +120,60 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Makes a solver with multigrid solve from here on with T' K T, in which some unknowns are held. Call hold_in_levels, then renew,
-  !> each time the held unknowns change. The levels keep the interpolations that `factor` made for its matrix. Requires: factor has
-  !> succeeded. Collective.
-  subroutine change_unknowns(self, stiffness, transformation, inverse, matrix, ierr)
+  !> Makes a solver with multigrid for K solve from here on with T' K T, in which some unknowns are held: call hold_unknowns each
+  !> time they change. These are prescribed dofs and unknowns that T changes. The levels keep the interpolations that `factor` made.
+  !> Requires: factor has succeeded. Collective.
+  subroutine change_unknowns(self, system, transformation, inverse, ierr)
     class(linear_solver_t), intent(inout) :: self
-    !> K, which the levels keep
-    Mat, intent(in) :: stiffness
-    !> T, which they keep, and its inverse
+    type(contact_system_t), intent(in) :: system
+    !> T, which the solver keeps, and its inverse
     Mat, intent(in) :: transformation
     Mat, intent(in) :: inverse
-    !> T' K T, which the solver keeps, too; its entries may be set later
-    Mat, intent(in) :: matrix
     PetscErrorCode, intent(out) :: ierr
+    Vec :: mark
 
-    ierr = sig_linear_solver_change_unknowns(self%ksp, stiffness%v, transformation%v, inverse%v, matrix%v)
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, mark, ierr))
+    PetscCall(system%put(merge(1.0_rk, 0.0_rk, system%boundary%is_prescribed), mark, ierr))
+    ierr = sig_linear_solver_change_unknowns(self%ksp, transformation%v, inverse%v, mark%v)
+    CHKERRQ(ierr)
+    PetscCall(VecDestroy(mark, ierr))
   end subroutine change_unknowns
 
-  !> Tells the multigrid levels which unknowns are held from here on, and computes their coarse matrices; renew must follow. The
-  !> matrix itself is changed by `hold`. Requires: change_unknowns. Collective.
-  subroutine hold_in_levels(self, system, dofs, ierr)
-    class(linear_solver_t), intent(in) :: self
+  !> Tells a solver with multigrid which unknowns are held at zero from here on. Sets the reason, as factor does. Requires:
+  !> change_unknowns. Collective.
+  subroutine hold_unknowns(self, system, dofs, ierr)
+    class(linear_solver_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     !> held unknowns, natural
     integer, intent(in) :: dofs(:)
     PetscErrorCode, intent(out) :: ierr
-    Vec :: shares
-    real(rk) :: free_share(system%map%n_dofs)
+    character(kind=c_char) :: message(message_size)
+    integer(c_int) :: reason
+    real(rk) :: is_free(system%map%n_dofs)
+    Vec :: free_unknowns
 
-    free_share = 1
-    free_share(dofs) = held_share
-    PetscCall(create_vector(system%comm, system%map%n_local_dofs, shares, ierr))
-    PetscCall(system%put(free_share, shares, ierr))
-    ierr = sig_linear_solver_hold(self%ksp, shares%v)
-    PetscCall(VecDestroy(shares, ierr))
-  end subroutine hold_in_levels
+    is_free = 1
+    is_free(dofs) = 0
+    PetscCall(create_vector(system%comm, system%map%n_local_dofs, free_unknowns, ierr))
+    PetscCall(system%put(is_free, free_unknowns, ierr))
+    ierr = sig_linear_solver_hold(self%ksp, free_unknowns%v, reason, message)
+    call set_reason(self, reason)
+    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
+    PetscCall(VecDestroy(free_unknowns, ierr))
+  end subroutine hold_unknowns
 
-  !> Prepares solves again after new values in the matrix, whose pattern stays: MUMPS keeps its ordering, multigrid its aggregates
-  !> and interpolation. After keep_factor, MUMPS solves directly again. Sets the reason, as factor does. Requires: factor.
-  !> Collective.
-  subroutine renew(self, ierr)
+  !> Factors again after new values in the matrix, whose pattern stays: MUMPS keeps its ordering. After keep_factor, MUMPS solves
+  !> directly again. Sets the reason, as factor does. Requires: factor. Collective.
+  subroutine factor_again(self, ierr)
     class(linear_solver_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
     character(kind=c_char) :: message(message_size)
     integer(c_int) :: reason
 
-    ierr = sig_linear_solver_renew(self%ksp, reason, message)
+    ierr = sig_linear_solver_factor_again(self%ksp, reason, message)
     call set_reason(self, reason)
     if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
-  end subroutine renew
+  end subroutine factor_again
 
   !> Estimates how many solves take as long as one factorization, at most 1000; 0 if MUMPS has not factored the matrix. Requires:
   !> factor. Collective.
@@ -183,7 +186,7 @@ contains
   end subroutine solves_per_factorization
 
   !> Makes the old factor the preconditioner of conjugate gradients after new values in the matrix, whose pattern stays, until the
-  !> next renew. A solve that needs more than max_iterations fails with reason_linear_solver. Collective.
+  !> next factor_again. A solve that needs more than max_iterations fails with reason_linear_solver. Collective.
   subroutine keep_factor(self, max_iterations, ierr)
     class(linear_solver_t), intent(inout) :: self
     integer, intent(in) :: max_iterations

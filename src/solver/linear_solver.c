@@ -95,37 +95,35 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   return 0;
 }
 
-int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t stiffness, intptr_t transformation, intptr_t inverse,
-                                      intptr_t matrix) {
-  PetscCall(sig_contact_levels_create((KSP)handle, (Mat)stiffness, (Mat)transformation, (Mat)inverse));
-  PetscCall(set_operators((KSP)handle, (Mat)matrix));
+int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t mark) {
+  PetscCall(sig_contact_levels_create((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)mark));
   return 0;
 }
 
-int sig_linear_solver_hold(intptr_t handle, intptr_t free_share) {
-  PetscCall(sig_contact_levels_hold((KSP)handle, (Vec)free_share));
-  return 0;
-}
-
-static PetscErrorCode renew(KSP ksp, int *reason, char *message) {
-  Mat copy, matrix;
-  PetscBool has_factor;
-
-  PetscCall(KSPGetOperators(ksp, &copy, &matrix));
-  PetscCall(sig_is_factored(ksp, &has_factor));
-  if (has_factor) return sig_factor_again(ksp, matrix, reason, message);
-  if (copy != matrix) PetscCall(sig_symmetric_copy_fill(matrix, copy));
-  // Without these calls the set-up would be done in the first solve.
-  PetscCall(KSPSetOperators(ksp, copy, matrix));
+static PetscErrorCode hold(KSP ksp, Vec is_free) {
+  PetscCall(sig_contact_levels_hold(ksp, is_free));
+  // Otherwise the set-up would be done in the first solve.
   PetscCall(KSPSetUp(ksp));
-  *reason = SIG_LINEAR_DONE;
   return 0;
 }
 
-int sig_linear_solver_renew(intptr_t handle, int *reason, char *message) {
+int sig_linear_solver_hold(intptr_t handle, intptr_t is_free, int *reason, char *message) {
   message[0] = '\0';
   sig_quiet_errors(message);
-  PetscErrorCode status = renew((KSP)handle, reason, message);
+  PetscErrorCode status = hold((KSP)handle, (Vec)is_free);
+  sig_loud_errors();
+  *reason = status == 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
+  return 0;
+}
+
+int sig_linear_solver_factor_again(intptr_t handle, int *reason, char *message) {
+  KSP ksp = (KSP)handle;
+  Mat matrix;
+
+  message[0] = '\0';
+  PetscCall(KSPGetOperators(ksp, NULL, &matrix));
+  sig_quiet_errors(message);
+  PetscErrorCode status = sig_factor_again(ksp, matrix, reason, message);
   sig_loud_errors();
   if (status != 0) *reason = SIG_LINEAR_FAILED;
   return 0;

@@ -22,6 +22,8 @@ module sig_snes_vi
   !> The contact solver `snesvi`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: snes_vi_t
     type(bound_form_t) :: form
+    !> T' K T
+    Mat :: stiffness
     !> [force/length] norm of T' K T: for each row the sum of the absolute values of its entries, of these the largest
     real(rk) :: largest_stiffness = 0
   contains
@@ -35,14 +37,15 @@ module sig_snes_vi
 
 contains
 
-  !> Makes the bound form for a system, and the norm of T' K T. Collective.
+  !> Makes the bound form for a system, T' K T and its norm. Collective.
   subroutine create(self, system, ierr)
     class(snes_vi_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%form%create(system, ierr))
-    PetscCall(MatNorm(self%form%matrix, NORM_INFINITY, self%largest_stiffness, ierr))
+    PetscCall(self%form%create_matrix(system, self%stiffness, ierr))
+    PetscCall(MatNorm(self%stiffness, NORM_INFINITY, self%largest_stiffness, ierr))
   end subroutine create
 
   !> Solves one point: with full steps first. If max_iterations of them do not converge, begins again with a backtracking search of
@@ -65,7 +68,7 @@ contains
     values = system%prescribed_displacement(theta)
     forces = system%load(theta)
     call self%form%to_forces_on_unknowns(system, forces)
-    PetscCall(constrain(system, self%form%matrix, system%boundary%prescribed_dofs, values, forces, constrained, rhs, ierr))
+    PetscCall(constrain(system, self%stiffness, system%boundary%prescribed_dofs, values, forces, constrained, rhs, ierr))
     PetscCall(scales(self, system, theta, values, length_scale, force_scale, ierr))
     PetscCall(fill_bounds(self, system, theta, length_scale, upper, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, solution, ierr))
@@ -76,7 +79,7 @@ contains
     state%n_iterations = n_iterations
     state%reason = reason
     PetscCall(system%get(solution, unknowns, ierr))
-    PetscCall(MatMult(self%form%matrix, solution, rhs, ierr))
+    PetscCall(MatMult(self%stiffness, solution, rhs, ierr))
     PetscCall(system%get(rhs, residual, ierr))
     residual = residual - forces
     state%is_active = unknowns(self%form%bounded_dofs) >= self%form%bounds(system, theta) - on_bound * length_scale
@@ -130,11 +133,12 @@ contains
     PetscCall(system%put(values, upper, ierr))
   end subroutine fill_bounds
 
-  !> Frees the bound form. Collective.
+  !> Frees the bound form and the matrix. Collective.
   subroutine destroy(self, ierr)
     class(snes_vi_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    PetscCall(MatDestroy(self%stiffness, ierr))
     PetscCall(self%form%destroy(ierr))
   end subroutine destroy
 end module sig_snes_vi

@@ -4,7 +4,7 @@ module sig_solver_c_interfaces
   use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_intptr_t
   implicit none(type, external)
   private
-  public :: sig_linear_solver_create, sig_linear_solver_change_unknowns, sig_linear_solver_hold, sig_linear_solver_renew
+  public :: sig_linear_solver_create, sig_linear_solver_change_unknowns, sig_linear_solver_hold, sig_linear_solver_factor_again
   public :: sig_linear_solver_solve, sig_linear_solver_keep_factor, sig_linear_solver_solve_many, sig_linear_solver_destroy
   public :: sig_set_linear_interpolant, sig_set_near_null_space, sig_linear_solver_solves_per_factorization, sig_snes_vi_solve
 
@@ -20,25 +20,27 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_create
 
-    function sig_linear_solver_change_unknowns(ksp, stiffness, transformation, inverse, matrix) result(status) bind(c)
+    function sig_linear_solver_change_unknowns(ksp, transformation, inverse, mark) result(status) bind(c)
       import :: c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, stiffness, transformation, inverse, matrix
+      integer(c_intptr_t), value :: ksp, transformation, inverse, mark
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 
-    function sig_linear_solver_hold(ksp, free_share) result(status) bind(c)
-      import :: c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, free_share
+    function sig_linear_solver_hold(ksp, is_free, reason, message) result(status) bind(c)
+      import :: c_char, c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp, is_free
+      integer(c_int), intent(out) :: reason
+      character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_linear_solver_hold
 
-    function sig_linear_solver_renew(ksp, reason, message) result(status) bind(c)
+    function sig_linear_solver_factor_again(ksp, reason, message) result(status) bind(c)
       import :: c_char, c_int, c_intptr_t
       integer(c_intptr_t), value :: ksp
       integer(c_int), intent(out) :: reason
       character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
-    end function sig_linear_solver_renew
+    end function sig_linear_solver_factor_again
 
     function sig_linear_solver_solves_per_factorization(ksp, n_solves) result(status) bind(c)
       import :: c_int, c_intptr_t

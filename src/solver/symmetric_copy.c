@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/symmetric_copy.h"
 
-PetscErrorCode sig_symmetric_copy_fill(Mat matrix, Mat copy) {
+static PetscErrorCode fill(Mat matrix, Mat copy) {
   PetscInt first, end;
 
   PetscCall(MatGetOwnershipRange(matrix, &first, &end));
@@ -50,6 +50,6 @@ PetscErrorCode sig_symmetric_copy_create(Mat matrix, Mat *copy) {
   PetscCall(MatSetType(*copy, MATSBAIJ));
   PetscCall(MatXAIJSetPreallocation(*copy, block_size, NULL, NULL, inside, outside));
   PetscCall(PetscFree2(inside, outside));
-  PetscCall(sig_symmetric_copy_fill(matrix, *copy));
+  PetscCall(fill(matrix, *copy));
   return 0;
 }

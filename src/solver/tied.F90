@@ -45,6 +45,8 @@ module sig_tied
   !> The factored system, the status of the rows, and the wanted dofs.
   type :: tied_system_t
     type(bound_form_t) :: form
+    !> T' K T
+    Mat :: stiffness
     type(linear_solver_t) :: linear_solver
     !> row_*, shape (n_rows)
     integer, allocatable :: status(:)
@@ -79,11 +81,12 @@ contains
 
     nothing = 0
     PetscCall(tied%form%create(system, ierr))
+    PetscCall(tied%form%create_matrix(system, tied%stiffness, ierr))
     tied%status = status
     tied%held = [system%boundary%prescribed_dofs, pack(tied%form%bounded_dofs, status == row_closed)]
     tied%dofs = dofs
     tied%patterns = patterns
-    PetscCall(constrain(system, tied%form%matrix, tied%held, nothing, nothing, matrix, rhs, ierr))
+    PetscCall(constrain(system, tied%stiffness, tied%held, nothing, nothing, matrix, rhs, ierr))
     PetscCall(tied%linear_solver%factor(matrix, 'active_set_', ierr))
     response%reason = tied%linear_solver%reason
     if (response%reason == reason_converged) then
@@ -95,6 +98,7 @@ contains
     PetscCall(tied%linear_solver%destroy(ierr))
     PetscCall(MatDestroy(matrix, ierr))
     PetscCall(VecDestroy(rhs, ierr))
+    PetscCall(MatDestroy(tied%stiffness, ierr))
     PetscCall(tied%form%destroy(ierr))
   end subroutine solve_tied
 
@@ -185,11 +189,11 @@ contains
     associate (own => system%map%local_dofs)
       local = values(own, :)
       allocate (rhs, mold=local)
-      PetscCall(multiply_block(tied%form%matrix, local, rhs, ierr))
+      PetscCall(multiply_block(tied%stiffness, local, rhs, ierr))
       rhs = merge(0.0_rk, forces(own, :) - rhs, spread(is_held(own), 2, size(rhs, 2)))
       PetscCall(tied%linear_solver%solve_many(rhs, local, ierr))
       local = merge(values(own, :), local, spread(is_held(own), 2, size(rhs, 2)))
-      PetscCall(multiply_block(tied%form%matrix, local, rhs, ierr))
+      PetscCall(multiply_block(tied%stiffness, local, rhs, ierr))
       rhs = rhs - forces(own, :)
     end associate
     PetscCall(system%share_columns(local, size(local, 2), unknowns, ierr))

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/held_operator.h"
+
+typedef struct {
+  Mat stiffness, transformation;
+  Vec diagonal, is_free;
+  Vec unknowns, displacement, forces;
+} Held;
+
+static PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
+  Held *held;
+  const PetscScalar *d, *values, *is_free;
+  PetscScalar *products;
+  PetscInt n;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(VecPointwiseMult(held->unknowns, held->is_free, x));
+  PetscCall(MatMult(held->transformation, held->unknowns, held->displacement));
+  PetscCall(MatMult(held->stiffness, held->displacement, held->forces));
+  PetscCall(MatMultTranspose(held->transformation, held->forces, y));
+  PetscCall(VecGetLocalSize(x, &n));
+  PetscCall(VecGetArrayRead(held->diagonal, &d));
+  PetscCall(VecGetArrayRead(held->is_free, &is_free));
+  PetscCall(VecGetArrayRead(x, &values));
+  PetscCall(VecGetArray(y, &products));
+  for (PetscInt i = 0; i < n; i++)
+    if (is_free[i] == 0.0) products[i] = d[i] * values[i];
+  PetscCall(VecRestoreArray(y, &products));
+  PetscCall(VecRestoreArrayRead(x, &values));
+  PetscCall(VecRestoreArrayRead(held->is_free, &is_free));
+  PetscCall(VecRestoreArrayRead(held->diagonal, &d));
+  return 0;
+}
+
+static PetscErrorCode get_diagonal(Mat matrix, Vec diagonal) {
+  Held *held;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(VecCopy(held->diagonal, diagonal));
+  return 0;
+}
+
+static PetscErrorCode destroy(Mat matrix) {
+  Held *held;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(MatDestroy(&held->stiffness));
+  PetscCall(MatDestroy(&held->transformation));
+  PetscCall(VecDestroy(&held->diagonal));
+  PetscCall(VecDestroy(&held->is_free));
+  PetscCall(VecDestroy(&held->unknowns));
+  PetscCall(VecDestroy(&held->displacement));
+  PetscCall(VecDestroy(&held->forces));
+  PetscCall(PetscFree(held));
+  return 0;
+}
+
+PetscErrorCode sig_held_operator_create(Mat stiffness, Mat transformation, Vec diagonal, Mat *matrix) {
+  Held *held;
+  PetscInt n_local, block_size;
+
+  PetscCall(PetscNew(&held));
+  PetscCall(PetscObjectReference((PetscObject)stiffness));
+  held->stiffness = stiffness;
+  PetscCall(PetscObjectReference((PetscObject)transformation));
+  held->transformation = transformation;
+  PetscCall(VecDuplicate(diagonal, &held->diagonal));
+  PetscCall(VecCopy(diagonal, held->diagonal));
+  PetscCall(VecDuplicate(diagonal, &held->is_free));
+  PetscCall(VecSet(held->is_free, 1.0));
+  PetscCall(VecDuplicate(diagonal, &held->unknowns));
+  PetscCall(VecDuplicate(diagonal, &held->displacement));
+  PetscCall(VecDuplicate(diagonal, &held->forces));
+  PetscCall(MatGetLocalSize(stiffness, &n_local, NULL));
+  PetscCall(MatGetBlockSize(stiffness, &block_size));
+  PetscCall(MatCreateShell(PetscObjectComm((PetscObject)stiffness), n_local, n_local, PETSC_DETERMINE, PETSC_DETERMINE,
+                           held, matrix));
+  PetscCall(MatSetBlockSize(*matrix, block_size));
+  PetscCall(MatShellSetOperation(*matrix, MATOP_MULT, (void (*)(void))multiply));
+  PetscCall(MatShellSetOperation(*matrix, MATOP_GET_DIAGONAL, (void (*)(void))get_diagonal));
+  PetscCall(MatShellSetOperation(*matrix, MATOP_DESTROY, (void (*)(void))destroy));
+  PetscCall(MatSetOption(*matrix, MAT_SYMMETRIC, PETSC_TRUE));
+  return 0;
+}
+
+PetscErrorCode sig_held_operator_hold(Mat matrix, Vec is_free) {
+  Held *held;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(VecCopy(is_free, held->is_free));
+  return 0;
+}
