@@ -5,13 +5,13 @@
 #define SIGNOROM_CONTACT_LEVELS_H
 #include <petscksp.h>
 
-/* Makes a KSP with the levels of a GAMG for K solve with T' K T. T = `transformation` is kept as a reference;
- * `inverse`, the inverse of T, is only read. `mark` has 1 for each unknown that may be held though T leaves it as it
- * is, and 0 for all others; it changes. All unknowns are free until sig_contact_levels_hold. Where options chose
- * another preconditioner, the operator changes alone. Collective. */
+/* Makes a KSP with the levels of a GAMG for K solve with T' K T; sig_contact_levels_hold must follow. `transformation`
+ * and `inverse` give the patterns of T and its inverse. `mark` has 1 for each unknown that may be held though no T
+ * changes it, and 0 for all others; it changes. Where options chose another preconditioner, it works with the operator
+ * alone. Collective. */
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat inverse, Vec mark);
 
-/* Holds the unknowns for which `is_free` is 0, and computes the matrices of the levels; it is 1 for all others.
- * Collective. */
-PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec is_free);
+/* Sets T, which is kept as a reference, and holds the unknowns for which `is_free` is 0; it is 1 for all others.
+ * `inverse`, that of T, is only read. Collective. */
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free);
 #endif

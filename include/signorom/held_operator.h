@@ -6,10 +6,11 @@
 #define SIGNOROM_HELD_OPERATOR_H
 #include <petscmat.h>
 
-/* Makes the operator, which keeps references to K = `stiffness` and T = `transformation`; d = `diagonal` is copied. All
- * unknowns are free. The caller destroys the operator. Collective. */
-PetscErrorCode sig_held_operator_create(Mat stiffness, Mat transformation, Vec diagonal, Mat *held);
+/* Makes the operator, which keeps a reference to K = `stiffness`; sig_held_operator_hold must follow. The caller
+ * destroys it. */
+PetscErrorCode sig_held_operator_create(Mat stiffness, Mat *held);
 
-/* Holds the unknowns for which `is_free` is 0; it is 1 for all others. */
-PetscErrorCode sig_held_operator_hold(Mat held, Vec is_free);
+/* Sets T, which is kept as a reference, the diagonal of T' K T, and the unknowns that are held: `is_free` has 0 for
+ * them and 1 for all others. */
+PetscErrorCode sig_held_operator_hold(Mat held, Mat transformation, Vec diagonal, Vec is_free);
 #endif

@@ -30,8 +30,9 @@ module sig_active_set
     Mat :: matrix
     !> forces of the current step; 0 at held unknowns with multigrid, which solves for the others
     Vec :: rhs
-    !> unknowns of the bound form in the last step, from which conjugate gradients start
     Vec :: solution
+    !> [length] displacement in the last step, from which conjugate gradients start; natural, shape (n_dofs)
+    real(rk), allocatable :: displacement(:)
     !> accuracy level of the current point: index into tolerance_levels
     integer :: level = 1
   contains
@@ -44,8 +45,10 @@ module sig_active_set
   type :: step_t
     !> [-] values of the terms
     real(rk), allocatable :: theta(:)
-    !> [force] loads on the unknowns, natural
+    !> [force] loads on the dofs, natural
     real(rk), allocatable :: forces(:)
+    !> rows that change the unknowns of the linear system, shape (n_rows): all rows, and closed ones with multigrid
+    logical, allocatable :: is_changed(:)
     !> [force] work of the loads on the free motions, and the sum of the sizes of its parts, shape (n_free)
     real(rk), allocatable :: work(:)
     real(rk), allocatable :: work_size(:)
@@ -77,7 +80,7 @@ module sig_active_set
 
 contains
 
-  !> Makes T (bound_form_t), work vectors, and the multigrid levels or T' K T. If the levels cannot be made, a warning says so, and
+  !> Makes the bound form, work vectors, and the multigrid levels or T' K T. If the levels cannot be made, a warning says so, and
   !> multigrid fails at the first `solve`. Collective.
   subroutine create(self, system, ierr)
     class(active_set_t), intent(inout) :: self
@@ -85,6 +88,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%form%create(system, ierr))
+    self%displacement = spread(0.0_rk, 1, system%map%n_dofs)
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%solution, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%rhs, ierr))
     self%linear_solver%is_multigrid = self%is_multigrid
@@ -112,14 +116,18 @@ contains
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
-    Mat :: inverse
+    Mat :: transformation, inverse
+    logical :: all_rows(system%rows%n_rows)
 
     PetscCall(set_near_null_space(system, system%stiffness, ierr))
     PetscCall(set_linear_interpolant(system, system%stiffness, ierr))
     PetscCall(self%linear_solver%factor(system%stiffness, 'active_set_', ierr))
     if (self%linear_solver%reason == reason_converged) then
-      PetscCall(self%form%create_inverse(system, inverse, ierr))
-      PetscCall(self%linear_solver%change_unknowns(system, self%form%transformation, inverse, ierr))
+      all_rows = .true.
+      PetscCall(self%form%create_transformation(system, all_rows, .false., transformation, ierr))
+      PetscCall(self%form%create_transformation(system, all_rows, .true., inverse, ierr))
+      PetscCall(self%linear_solver%change_unknowns(system, transformation, inverse, ierr))
+      PetscCall(MatDestroy(transformation, ierr))
       PetscCall(MatDestroy(inverse, ierr))
     else
       ! its reason stays
@@ -272,9 +280,7 @@ contains
       if (self%level == size(tolerance_levels) .or. any(step%wanted .neqv. state%is_active)) exit
       self%level = self%level + 1
     end do
-    if (self%linear_solver%reason /= reason_converged) then
-      PetscCall(VecSet(self%solution, 0.0_rk, ierr))
-    end if
+    if (self%linear_solver%reason /= reason_converged) self%displacement = 0
   end subroutine improve_in_levels
 
   !> Computes the loads and held values of a step, and sets the system of `self` for it. Collective.
@@ -291,37 +297,59 @@ contains
     step%forces = system%load(theta)
     step%work = system%motions%work(step%forces)
     step%work_size = system%motions%work_size(step%forces)
-    call self%form%to_forces_on_unknowns(system, step%forces)
     allocate (step%unknowns(system%map%n_dofs), step%residual(system%map%n_dofs), source=0.0_rk)
     step%values = system%prescribed_displacement(theta)
     step%values(self%form%bounded_dofs) = self%form%bounds(system, theta)
     step%dofs = [system%boundary%prescribed_dofs, pack(self%form%bounded_dofs, is_closed)]
     if (self%is_multigrid) then
+      step%is_changed = is_closed
       PetscCall(hold_in_levels(self, system, step, ierr))
     else
-      PetscCall(MatCopy(self%stiffness, self%matrix, SAME_NONZERO_PATTERN, ierr))
-      PetscCall(system%put(step%forces, self%rhs, ierr))
-      PetscCall(hold(system, step%dofs, step%values, self%matrix, self%rhs, ierr))
+      allocate (step%is_changed(size(is_closed)), source=.true.)
+      PetscCall(hold_in_matrix(self, system, step, ierr))
     end if
   end subroutine prepare_step
 
-  !> Sets multigrid and the right-hand side for a step: the forces on free unknowns, less those of the held values. Collective.
+  !> Sets matrix and right-hand side for a step. Collective.
+  subroutine hold_in_matrix(self, system, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    type(step_t), intent(in) :: step
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: forces(system%map%n_dofs)
+
+    forces = step%forces
+    call self%form%to_forces_on_unknowns(system, forces)
+    PetscCall(MatCopy(self%stiffness, self%matrix, SAME_NONZERO_PATTERN, ierr))
+    PetscCall(system%put(forces, self%rhs, ierr))
+    PetscCall(hold(system, step%dofs, step%values, self%matrix, self%rhs, ierr))
+  end subroutine hold_in_matrix
+
+  !> Sets multigrid and the right-hand side for a step: the forces on free unknowns, less those of the held values. Only closed rows
+  !> change their unknowns: where a stiff and a soft body may move apart, unknowns that mix their displacements would make the
+  !> smoother slow. Collective.
   subroutine hold_in_levels(self, system, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     type(step_t), intent(in) :: step
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: held(system%map%n_dofs), forces(system%map%n_dofs)
+    Mat :: transformation, inverse
 
     held = 0
     held(step%dofs) = step%values(step%dofs)
-    PetscCall(self%form%apply_stiffness(system, held, forces, ierr))
+    call self%form%to_displacement(system, held, step%is_changed)
+    PetscCall(system%apply_stiffness(held, forces, ierr))
     forces = step%forces - forces
+    call self%form%to_forces_on_unknowns(system, forces, step%is_changed)
     forces(step%dofs) = 0
     PetscCall(system%put(forces, self%rhs, ierr))
-    if (self%linear_solver%ksp /= 0) then
-      PetscCall(self%linear_solver%hold_unknowns(system, step%dofs, ierr))
-    end if
+    if (self%linear_solver%ksp == 0) return
+    PetscCall(self%form%create_transformation(system, step%is_changed, .false., transformation, ierr))
+    PetscCall(self%form%create_transformation(system, step%is_changed, .true., inverse, ierr))
+    PetscCall(self%linear_solver%hold_unknowns(system, transformation, inverse, step%dofs, ierr))
+    PetscCall(MatDestroy(transformation, ierr))
+    PetscCall(MatDestroy(inverse, ierr))
   end subroutine hold_in_levels
 
   !> Solves to a tolerance, starting from the last solution, and finds the set that the result asks for (step%wanted). Reads
@@ -337,22 +365,38 @@ contains
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
 
-    if (self%is_multigrid) then
-      PetscCall(system%put_some(step%dofs, 0 * step%values, self%solution, ierr))
-    else
-      PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
-    end if
-    PetscCall(self%linear_solver%solve_vector(self%rhs, tolerance, self%solution, ierr))
+    PetscCall(find_displacement(self, system, tolerance, step, ierr))
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
-    PetscCall(system%put_some(step%dofs, step%values, self%solution, ierr))
-    PetscCall(system%get(self%solution, step%unknowns, ierr))
-    PetscCall(self%form%apply_stiffness(system, step%unknowns, step%residual, ierr))
+    step%unknowns = self%displacement
+    call self%form%to_unknowns(system, step%unknowns)
+    PetscCall(system%apply_stiffness(self%displacement, step%residual, ierr))
     step%residual = step%residual - step%forces
+    call self%form%to_forces_on_unknowns(system, step%residual)
     step%multipliers = self%form%multipliers(step%residual)
     step%opening = self%form%bounds(system, step%theta) - step%unknowns(self%form%bounded_dofs)
     step%wanted = next_active_set(state%is_active, step%multipliers, -step%opening, maxval(abs(step%unknowns)), noise)
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
+
+  !> Solves the linear system of a step, and sets self%displacement. Collective.
+  subroutine find_displacement(self, system, tolerance, step, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    real(rk), intent(in) :: tolerance
+    type(step_t), intent(in) :: step
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: unknowns(system%map%n_dofs)
+
+    unknowns = self%displacement
+    call self%form%to_unknowns(system, unknowns, step%is_changed)
+    unknowns(step%dofs) = merge(0.0_rk, step%values(step%dofs), self%is_multigrid)
+    PetscCall(system%put(unknowns, self%solution, ierr))
+    PetscCall(self%linear_solver%solve_vector(self%rhs, tolerance, self%solution, ierr))
+    PetscCall(system%get(self%solution, unknowns, ierr))
+    unknowns(step%dofs) = step%values(step%dofs)
+    call self%form%to_displacement(system, unknowns, step%is_changed)
+    self%displacement = unknowns
+  end subroutine find_displacement
 
   !> Changes step%wanted: a closed pair that is the last to hold some motion of a body stays closed, unless the loads pull it open
   !> by more than rounding. The loads alone give the force of such a pair.
@@ -453,6 +497,5 @@ contains
     PetscCall(MatDestroy(self%matrix, ierr))
     PetscCall(VecDestroy(self%rhs, ierr))
     PetscCall(VecDestroy(self%solution, ierr))
-    PetscCall(self%form%destroy(ierr))
   end subroutine destroy
 end module sig_active_set

@@ -16,15 +16,15 @@ module sig_bound_form
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
-  use sig_petsc_support, only: create_pattern_matrix => create_matrix, precondition_failed
+  use sig_petsc_support, only: create_pattern_of => create_matrix, precondition_failed
   use petsc
   implicit none(type, external)
   private
   public :: bound_form_t
 
-  !> The transformation T for the contact rows of one system. Call create, then the other procedures, then destroy.
+  !> The transformation T for the contact rows of one system. Call create, then the other procedures. Some of them take only some
+  !> rows into their change of unknowns; the unknowns at the others are displacements.
   type :: bound_form_t
-    Mat :: transformation
     !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
     !> level of each row: rows of one level change their unknowns together, 1 = first; shape (n_rows)
@@ -39,71 +39,73 @@ module sig_bound_form
     real(rk), allocatable :: shares(:)
   contains
     procedure :: create
-    procedure :: create_inverse
+    procedure :: create_transformation
     procedure :: create_matrix
-    procedure :: apply_stiffness
     procedure :: to_displacement
     procedure :: to_unknowns
     procedure :: to_forces_on_unknowns
     procedure :: bounds
     procedure :: multipliers
-    procedure :: destroy
   end type bound_form_t
 
 contains
 
-  !> Makes T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound of one
+  !> Prepares T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound of one
   !> unknown. Requires: each contact row has a coefficient other than 0 on a free dof of a node that no other row of its level or of
-  !> a higher one meets; otherwise ierr is set. Collective.
+  !> a higher one meets; otherwise ierr is set. Local.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
 
+    ierr = 0
     call set_reflectors(self, system)
     SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
-    PetscCall(assemble_levels(self, system, .false., self%transformation, ierr))
   end subroutine create
 
-  !> Makes T' K T on all dofs, which the caller destroys. Requires: create. Collective.
+  !> Makes T or its inverse as a matrix, with a factor for each level: T = T_1 T_2 ..., T^-1 = ... T_2^-1 T_1^-1; the identity
+  !> without rows. Its pattern is that of all rows, whatever rows change the unknowns. The caller destroys it. Collective.
+  subroutine create_transformation(self, system, is_changed, is_inverse, matrix, ierr)
+    class(bound_form_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> rows that change their unknowns, shape (n_rows)
+    logical, intent(in) :: is_changed(:)
+    logical, intent(in) :: is_inverse
+    Mat, intent(out) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+    Mat :: next, product
+    integer :: i_level
+
+    PetscCall(assemble(self, system, 1, is_changed, is_inverse, matrix, ierr))
+    do i_level = 2, maxval([1, self%levels])
+      PetscCall(assemble(self, system, i_level, is_changed, is_inverse, next, ierr))
+      if (is_inverse) then
+        PetscCall(MatMatMult(next, matrix, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
+      else
+        PetscCall(MatMatMult(matrix, next, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
+      end if
+      PetscCall(MatProductClear(product, ierr))
+      PetscCall(MatDestroy(next, ierr))
+      PetscCall(MatDestroy(matrix, ierr))
+      matrix = product
+    end do
+  end subroutine create_transformation
+
+  !> Makes T' K T with all rows in T, on all dofs. The caller destroys it. Collective.
   subroutine create_matrix(self, system, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
+    Mat :: transformation
 
-    PetscCall(MatPtAP(system%stiffness, self%transformation, MAT_INITIAL_MATRIX, 2.0_rk, matrix, ierr))
+    PetscCall(self%create_transformation(system, spread(.true., 1, system%rows%n_rows), .false., transformation, ierr))
+    PetscCall(MatPtAP(system%stiffness, transformation, MAT_INITIAL_MATRIX, 2.0_rk, matrix, ierr))
     ! what a second product would use is as large as K
     PetscCall(MatProductClear(matrix, ierr))
+    PetscCall(MatDestroy(transformation, ierr))
     PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create_matrix
-
-  !> Computes T' K T x from unknowns x, without the matrix. Collective.
-  subroutine apply_stiffness(self, system, unknowns, forces, ierr)
-    class(bound_form_t), intent(in) :: self
-    type(contact_system_t), intent(inout) :: system
-    !> [length] natural, shape (n_dofs)
-    real(rk), intent(in) :: unknowns(:)
-    !> [force] natural, shape (n_dofs)
-    real(rk), intent(out) :: forces(:)
-    PetscErrorCode, intent(out) :: ierr
-    real(rk) :: displacement(size(unknowns))
-
-    displacement = unknowns
-    call self%to_displacement(system, displacement)
-    PetscCall(system%apply_stiffness(displacement, forces, ierr))
-    call self%to_forces_on_unknowns(system, forces)
-  end subroutine apply_stiffness
-
-  !> Makes the inverse of T, which the caller destroys. Requires: create. Collective.
-  subroutine create_inverse(self, system, inverse, ierr)
-    class(bound_form_t), intent(in) :: self
-    type(contact_system_t), intent(in) :: system
-    Mat, intent(out) :: inverse
-    PetscErrorCode, intent(out) :: ierr
-
-    PetscCall(assemble_levels(self, system, .true., inverse, ierr))
-  end subroutine create_inverse
 
   !> Sets levels, order, norms, bounded dofs, v and s of all rows. A row without coefficients on free dofs of its own gets the norm
   !> 0 and no bounded dof.
@@ -191,38 +193,14 @@ contains
     is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
   end function is_own_dof
 
-  !> Assembles T = T_1 T_2 ... or its inverse, ... T_2^-1 T_1^-1, with one factor per level; the identity without rows. The caller
-  !> destroys the matrix. Collective.
-  subroutine assemble_levels(self, system, is_inverse, matrix, ierr)
-    class(bound_form_t), intent(in) :: self
-    type(contact_system_t), intent(in) :: system
-    logical, intent(in) :: is_inverse
-    Mat, intent(out) :: matrix
-    PetscErrorCode, intent(out) :: ierr
-    Mat :: next, product
-    integer :: i_level
-
-    PetscCall(assemble(self, system, 1, is_inverse, matrix, ierr))
-    do i_level = 2, maxval([1, self%levels])
-      PetscCall(assemble(self, system, i_level, is_inverse, next, ierr))
-      if (is_inverse) then
-        PetscCall(MatMatMult(next, matrix, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
-      else
-        PetscCall(MatMatMult(matrix, next, MAT_INITIAL_MATRIX, 2.0_rk, product, ierr))
-      end if
-      PetscCall(MatProductClear(product, ierr))
-      PetscCall(MatDestroy(next, ierr))
-      PetscCall(MatDestroy(matrix, ierr))
-      matrix = product
-    end do
-  end subroutine assemble_levels
-
   !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact row of a
   !> level. The rows of a block are the contact row's own dofs (is_own_dof), its columns all dofs of the contact row. Collective.
-  subroutine assemble(self, system, i_level, is_inverse, matrix, ierr)
+  subroutine assemble(self, system, i_level, is_changed, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     integer, intent(in) :: i_level
+    !> rows whose block is not zero, shape (n_rows)
+    logical, intent(in) :: is_changed(:)
     logical, intent(in) :: is_inverse
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
@@ -243,6 +221,7 @@ contains
         own = pack([(i, i=1, size(dofs_0))], is_own(rows%dofs_of(k)) .and. dofs_0 >= map%first_dof_0 .and. &
           dofs_0 < map%first_dof_0 + map%n_local_dofs)
         block = transpose(block_of_row(self, system, k, own, is_inverse))
+        if (.not. is_changed(k)) block = 0
         PetscCall(MatSetValues(matrix, size(own), dofs_0(own), size(dofs_0), dofs_0, block, ADD_VALUES, ierr))
       end do
     end associate
@@ -304,20 +283,23 @@ contains
           end do
         end associate
       end do
-      PetscCall(create_pattern_matrix(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
+      PetscCall(create_pattern_of(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
     end associate
   end subroutine create_pattern
 
   !> Computes the displacement u = T x from the unknowns x of the bound form, in place. Local.
-  pure subroutine to_displacement(self, system, values)
+  pure subroutine to_displacement(self, system, values, is_changed)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> [length] in: x; out: u; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
+    !> rows that change their unknowns, shape (n_rows); default: all
+    logical, intent(in), optional :: is_changed(:)
     integer :: i, k
 
     do i = system%rows%n_rows, 1, -1
       k = self%order(i)
+      if (is_left(k, is_changed)) cycle
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         values(j) = values(j) - dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
         call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
@@ -326,15 +308,18 @@ contains
   end subroutine to_displacement
 
   !> Computes the unknowns x = T^-1 u of the bound form from the displacement u, in place. Local.
-  pure subroutine to_unknowns(self, system, values)
+  pure subroutine to_unknowns(self, system, values, is_changed)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> [length] in: u; out: x; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
+    !> rows that change their unknowns, shape (n_rows); default: all
+    logical, intent(in), optional :: is_changed(:)
     integer :: i, k
 
     do i = 1, system%rows%n_rows
       k = self%order(i)
+      if (is_left(k, is_changed)) cycle
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         call reflect(self%reflectors(first:last), system%rows%dofs(first:last), values)
         values(j) = values(j) + dot_product(self%shares(first:last), values(system%rows%dofs(first:last)))
@@ -343,15 +328,18 @@ contains
   end subroutine to_unknowns
 
   !> Computes T' f in place: from forces on the dofs to forces on the unknowns that do the same work. Local.
-  pure subroutine to_forces_on_unknowns(self, system, values)
+  pure subroutine to_forces_on_unknowns(self, system, values, is_changed)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> [force] in: f; out: T' f; natural, shape (n_dofs)
     real(rk), intent(inout) :: values(:)
+    !> rows that change their unknowns, shape (n_rows); default: all
+    logical, intent(in), optional :: is_changed(:)
     integer :: i, k
 
     do i = 1, system%rows%n_rows
       k = self%order(i)
+      if (is_left(k, is_changed)) cycle
       associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1), j => self%bounded_dofs(k))
         associate (dofs => system%rows%dofs(first:last))
           call reflect(self%reflectors(first:last), dofs, values)
@@ -360,6 +348,15 @@ contains
       end associate
     end do
   end subroutine to_forces_on_unknowns
+
+  !> Whether row k leaves its unknowns as they are.
+  pure logical function is_left(k, is_changed)
+    integer, intent(in) :: k
+    logical, intent(in), optional :: is_changed(:)
+
+    is_left = .false.
+    if (present(is_changed)) is_left = .not. is_changed(k)
+  end function is_left
 
   !> Multiplies the values of some dofs by I - 2 v v'. The values of all other dofs stay.
   pure subroutine reflect(v, dofs, values)
@@ -396,12 +393,4 @@ contains
 
     multipliers = -residual(self%bounded_dofs) / self%norms
   end function multipliers
-
-  !> Frees T. Collective.
-  subroutine destroy(self, ierr)
-    class(bound_form_t), intent(inout) :: self
-    PetscErrorCode, intent(out) :: ierr
-
-    PetscCall(MatDestroy(self%transformation, ierr))
-  end subroutine destroy
 end module sig_bound_form

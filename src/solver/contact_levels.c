@@ -10,33 +10,34 @@
 //
 //     M' K M = P' K P - D_J' (K P)_J - (K P)_J' D_J + D_J' K_JJ D_J .
 //
-// A change of held unknowns costs as much as contacts and supports are large, whatever the size of the bodies.
+// A change of held unknowns costs as much as contacts and supports are large, whatever the size of the bodies. The
+// same holds for the diagonal of T' K T, because T differs from the identity in T_JJ alone.
 typedef struct {
-  Mat interpolation;          // S F, of the finest level
-  Vec shares;                 // S
-  IS boundary;                // J
-  Mat transformation;         // T_JJ
-  Mat free;                   // F_J
-  Mat forces;                 // (K P)_J
-  Mat stiffness;              // K_JJ
-  Mat scaled, change;         // (1 - S)_JJ F_J; D_J
+  IS boundary;                 // J
+  Mat transformation, inverse; // T_JJ, (T^-1)_JJ
+  Mat stiffness, product;      // K_JJ, T_JJ' K_JJ T_JJ
+  Vec diagonal;                // of T' K T
+  // the others are NULL without levels
+  Mat fixed, forces;          // P_J, (K P)_J
+  Mat free, held, change;     // F_J, (1 - S)_JJ F_J, D_J
+  Mat interpolation;          // S F
   Mat mixed, transposed, own; // D_J' (K P)_J, its transpose, D_J' K_JJ D_J
-  Mat all_free, coarse;       // P' K P, with the pattern of M' K M; M' K M
+  Mat all_free, coarse;       // P' K P, M' K M
 } Levels;
 
-// With zero, coarse matrices could become singular. A power of two, so that S changes without rounding.
-static const double HELD_SHARE = 0x1p-10;
+// With zero, coarse matrices could become singular.
+static const double HELD_SHARE = 1e-3;
 static const char NAME[] = "signorom_contact_levels";
 
 static PetscErrorCode destroy_levels(void *pointer) {
   Levels *levels = pointer;
-  Mat *matrices[] = {&levels->interpolation, &levels->transformation, &levels->free,
-                     &levels->forces,        &levels->stiffness,      &levels->scaled,
-                     &levels->change,        &levels->mixed,          &levels->transposed,
-                     &levels->own,           &levels->all_free,       &levels->coarse};
+  Mat *matrices[] = {&levels->transformation, &levels->inverse,  &levels->stiffness,  &levels->product,
+                     &levels->fixed,          &levels->forces,   &levels->free,       &levels->held,
+                     &levels->change,         &levels->mixed,    &levels->transposed, &levels->own,
+                     &levels->interpolation,  &levels->all_free, &levels->coarse};
 
   for (size_t i = 0; i < sizeof matrices / sizeof *matrices; i++) PetscCall(MatDestroy(matrices[i]));
-  PetscCall(VecDestroy(&levels->shares));
+  PetscCall(VecDestroy(&levels->diagonal));
   PetscCall(ISDestroy(&levels->boundary));
   PetscCall(PetscFree(levels));
   return 0;
@@ -62,8 +63,8 @@ static PetscErrorCode keep_levels(KSP ksp, Levels *levels) {
   return 0;
 }
 
-// Lists the dofs that may be held, those that T changes, and those that they depend on. `mark` has 1 for the first
-// ones.
+// Lists the dofs that may be held, those that T may change, and those that they depend on. `mark` has 1 for the
+// first ones.
 static PetscErrorCode find_boundary(Mat transformation, Vec mark, IS *boundary) {
   const PetscScalar *marks;
   PetscInt first, end, n = 0, *dofs;
@@ -90,70 +91,61 @@ static PetscErrorCode find_boundary(Mat transformation, Vec mark, IS *boundary) 
   return 0;
 }
 
-// Makes the operator T' K T. T differs from the identity in T_JJ alone, so its diagonal that of K but for J.
-static PetscErrorCode create_operator(Mat stiffness, Mat copy, Mat transformation, IS boundary, Mat *held) {
-  Mat rows, change, product;
-  Vec diagonal, part, values;
+// Takes T_JJ, and computes the diagonal of T' K T.
+static PetscErrorCode take_transformation(Levels *levels, Mat transformation, Mat inverse, MatReuse reuse) {
+  const IS boundary = levels->boundary;
+  Vec values, part;
 
-  PetscCall(MatCreateVecs(stiffness, &diagonal, NULL));
-  PetscCall(MatGetDiagonal(stiffness, diagonal));
-  PetscCall(MatCreateSubMatrix(stiffness, boundary, boundary, MAT_INITIAL_MATRIX, &rows));
-  PetscCall(MatCreateSubMatrix(transformation, boundary, boundary, MAT_INITIAL_MATRIX, &change));
-  PetscCall(MatPtAP(rows, change, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &product));
-  PetscCall(MatCreateVecs(product, &values, NULL));
-  PetscCall(MatGetDiagonal(product, values));
-  PetscCall(VecGetSubVector(diagonal, boundary, &part));
+  PetscCall(MatCreateSubMatrix(transformation, boundary, boundary, reuse, &levels->transformation));
+  PetscCall(MatCreateSubMatrix(inverse, boundary, boundary, reuse, &levels->inverse));
+  PetscCall(MatPtAP(levels->stiffness, levels->transformation, reuse, PETSC_DEFAULT, &levels->product));
+  PetscCall(MatCreateVecs(levels->product, &values, NULL));
+  PetscCall(MatGetDiagonal(levels->product, values));
+  PetscCall(VecGetSubVector(levels->diagonal, boundary, &part));
   PetscCall(VecCopy(values, part));
-  PetscCall(VecRestoreSubVector(diagonal, boundary, &part));
-  PetscCall(sig_held_operator_create(copy, transformation, diagonal, held));
+  PetscCall(VecRestoreSubVector(levels->diagonal, boundary, &part));
   PetscCall(VecDestroy(&values));
-  PetscCall(VecDestroy(&diagonal));
-  PetscCall(MatDestroy(&product));
-  PetscCall(MatDestroy(&change));
-  PetscCall(MatDestroy(&rows));
   return 0;
 }
 
-// Sets the matrix of a level, from which its smoother is made, too.
-static PetscErrorCode set_matrix(PC pc, PetscInt i_level, Mat matrix) {
-  KSP smoother;
-
-  PetscCall(PCMGGetSmoother(pc, i_level, &smoother));
-  PetscCall(KSPSetOperators(smoother, matrix, matrix));
-  if (i_level > 0) PetscCall(PCMGSetResidual(pc, i_level, PCMGResidualDefault, matrix));
+// Computes F_J, (1 - S)_JJ F_J and D_J. held_part has 1 - share of each boundary dof.
+static PetscErrorCode change_motions(Levels *levels, Vec held_part, MatReuse reuse) {
+  PetscCall(MatMatMult(levels->inverse, levels->fixed, reuse, PETSC_DEFAULT, &levels->free));
+  if (reuse == MAT_INITIAL_MATRIX) PetscCall(MatDuplicate(levels->free, MAT_COPY_VALUES, &levels->held));
+  PetscCall(MatCopy(levels->free, levels->held, SAME_NONZERO_PATTERN));
+  PetscCall(MatDiagonalScale(levels->held, held_part, NULL));
+  PetscCall(MatMatMult(levels->transformation, levels->held, reuse, PETSC_DEFAULT, &levels->change));
   return 0;
 }
 
-// Makes the parts of K, P and F in the rows J.
-static PetscErrorCode take_boundary(Levels *levels, Mat stiffness, Mat transformation, Mat interpolation) {
-  Mat rows;
+// Puts the rows J into the interpolation S F = F - (1 - S) F.
+static PetscErrorCode set_boundary_rows(Levels *levels) {
+  const PetscInt *rows;
+  PetscInt n, first;
+  Mat difference;
 
-  PetscCall(MatCreateSubMatrix(transformation, levels->boundary, levels->boundary, MAT_INITIAL_MATRIX,
-                               &levels->transformation));
-  PetscCall(MatCreateSubMatrix(levels->interpolation, levels->boundary, NULL, MAT_INITIAL_MATRIX, &levels->free));
-  PetscCall(MatCreateSubMatrix(stiffness, levels->boundary, levels->boundary, MAT_INITIAL_MATRIX, &levels->stiffness));
-  PetscCall(MatCreateSubMatrix(stiffness, levels->boundary, NULL, MAT_INITIAL_MATRIX, &rows));
-  PetscCall(MatMatMult(rows, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &levels->forces));
-  PetscCall(MatProductClear(levels->forces));
-  PetscCall(MatDestroy(&rows));
-  PetscCall(MatDuplicate(levels->free, MAT_COPY_VALUES, &levels->scaled));
+  PetscCall(MatDuplicate(levels->free, MAT_COPY_VALUES, &difference));
+  PetscCall(MatAXPY(difference, -1.0, levels->held, SAME_NONZERO_PATTERN));
+  PetscCall(MatGetOwnershipRange(difference, &first, NULL));
+  PetscCall(ISGetLocalSize(levels->boundary, &n));
+  PetscCall(ISGetIndices(levels->boundary, &rows));
+  for (PetscInt i = 0; i < n; i++) {
+    PetscInt n_columns;
+    const PetscInt *columns;
+    const PetscScalar *values;
+    PetscCall(MatGetRow(difference, first + i, &n_columns, &columns, &values));
+    PetscCall(MatSetValues(levels->interpolation, 1, &rows[i], n_columns, columns, values, INSERT_VALUES));
+    PetscCall(MatRestoreRow(difference, first + i, &n_columns, &columns, &values));
+  }
+  PetscCall(ISRestoreIndices(levels->boundary, &rows));
+  PetscCall(MatDestroy(&difference));
+  PetscCall(MatAssemblyBegin(levels->interpolation, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(levels->interpolation, MAT_FINAL_ASSEMBLY));
   return 0;
 }
 
-// Computes M' K M from P' K P for the shares of the unknowns.
+// Computes M' K M.
 static PetscErrorCode project_boundary(Levels *levels, MatReuse reuse) {
-  Vec part, held;
-
-  PetscCall(VecGetSubVector(levels->shares, levels->boundary, &part));
-  PetscCall(VecDuplicate(part, &held));
-  PetscCall(VecCopy(part, held));
-  PetscCall(VecRestoreSubVector(levels->shares, levels->boundary, &part));
-  PetscCall(VecScale(held, -1.0));
-  PetscCall(VecShift(held, 1.0));
-  PetscCall(MatCopy(levels->free, levels->scaled, SAME_NONZERO_PATTERN));
-  PetscCall(MatDiagonalScale(levels->scaled, held, NULL));
-  PetscCall(VecDestroy(&held));
-  PetscCall(MatMatMult(levels->transformation, levels->scaled, reuse, PETSC_DEFAULT, &levels->change));
   PetscCall(MatTransposeMatMult(levels->change, levels->forces, reuse, PETSC_DEFAULT, &levels->mixed));
   PetscCall(MatTranspose(levels->mixed, reuse, &levels->transposed));
   PetscCall(MatPtAP(levels->stiffness, levels->change, reuse, PETSC_DEFAULT, &levels->own));
@@ -168,6 +160,16 @@ static PetscErrorCode project_boundary(Levels *levels, MatReuse reuse) {
   PetscCall(MatAXPY(levels->coarse, -1.0, levels->mixed, SUBSET_NONZERO_PATTERN));
   PetscCall(MatAXPY(levels->coarse, -1.0, levels->transposed, SUBSET_NONZERO_PATTERN));
   PetscCall(MatAXPY(levels->coarse, 1.0, levels->own, SUBSET_NONZERO_PATTERN));
+  return 0;
+}
+
+// Sets the matrix of a level, from which its smoother is made, too.
+static PetscErrorCode set_matrix(PC pc, PetscInt i_level, Mat matrix) {
+  KSP smoother;
+
+  PetscCall(PCMGGetSmoother(pc, i_level, &smoother));
+  PetscCall(KSPSetOperators(smoother, matrix, matrix));
+  if (i_level > 0) PetscCall(PCMGSetResidual(pc, i_level, PCMGResidualDefault, matrix));
   return 0;
 }
 
@@ -190,98 +192,91 @@ static PetscErrorCode project_further(PC pc, PetscInt i_first, Mat matrix, MatRe
   return 0;
 }
 
-// Makes the levels of a PC with at least two keep their interpolations for T' K T.
-static PetscErrorCode take_levels(KSP ksp, PC pc, PetscInt n_levels, Mat stiffness, Mat transformation, Mat inverse,
-                                  IS boundary) {
-  Mat interpolation;
+// Makes the levels of a PC with at least two keep their interpolations.
+static PetscErrorCode take_levels(Levels *levels, PC pc, PetscInt n_levels, Mat stiffness, Mat inverse, Mat operator) {
+  Mat interpolation, rows;
+  Vec nothing_held;
   KSP coarse;
-  Levels *levels;
 
-  PetscCall(PetscNew(&levels));
-  PetscCall(keep_levels(ksp, levels));
-  PetscCall(PetscObjectReference((PetscObject)boundary));
-  levels->boundary = boundary;
-  PetscCall(MatCreateVecs(stiffness, &levels->shares, NULL));
-  PetscCall(VecSet(levels->shares, 1.0));
   PetscCall(PCMGGetSmoother(pc, n_levels - 2, &coarse));
   PetscCall(KSPGetOperators(coarse, NULL, &levels->all_free));
   PetscCall(PetscObjectReference((PetscObject)levels->all_free));
   // otherwise it would keep K
   PetscCall(MatProductClear(levels->all_free));
   PetscCall(PCMGGetInterpolation(pc, n_levels - 1, &interpolation));
+  PetscCall(MatCreateSubMatrix(interpolation, levels->boundary, NULL, MAT_INITIAL_MATRIX, &levels->fixed));
+  PetscCall(MatCreateSubMatrix(stiffness, levels->boundary, NULL, MAT_INITIAL_MATRIX, &rows));
+  PetscCall(MatMatMult(rows, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &levels->forces));
+  PetscCall(MatProductClear(levels->forces));
+  PetscCall(MatDestroy(&rows));
   PetscCall(MatMatMult(inverse, interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, &levels->interpolation));
   PetscCall(MatProductClear(levels->interpolation));
-  PetscCall(take_boundary(levels, stiffness, transformation, interpolation));
   PetscCall(PCMGSetInterpolation(pc, n_levels - 1, levels->interpolation));
   PetscCall(PCMGSetRestriction(pc, n_levels - 1, levels->interpolation));
   // Otherwise GAMG would compute the coarse matrices itself.
   PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
+  PetscCall(MatCreateVecs(levels->stiffness, &nothing_held, NULL));
+  PetscCall(change_motions(levels, nothing_held, MAT_INITIAL_MATRIX));
+  PetscCall(VecDestroy(&nothing_held));
   PetscCall(project_boundary(levels, MAT_INITIAL_MATRIX));
   PetscCall(project_further(pc, n_levels - 2, levels->coarse, MAT_INITIAL_MATRIX));
+  PetscCall(set_matrix(pc, n_levels - 1, operator));
   return 0;
 }
 
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat inverse, Vec mark) {
   PC pc;
-  Mat stiffness, copy, held;
-  IS boundary;
-  KSP smoother;
+  Mat stiffness, copy, operator;
   PetscBool has_levels;
   PetscInt n_levels;
+  Levels *levels;
 
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(KSPGetOperators(ksp, &copy, &stiffness));
-  PetscCall(find_boundary(transformation, mark, &boundary));
-  PetscCall(create_operator(stiffness, copy, transformation, boundary, &held));
+  PetscCall(PetscNew(&levels));
+  PetscCall(keep_levels(ksp, levels));
+  PetscCall(find_boundary(transformation, mark, &levels->boundary));
+  PetscCall(MatCreateSubMatrix(stiffness, levels->boundary, levels->boundary, MAT_INITIAL_MATRIX, &levels->stiffness));
+  PetscCall(MatCreateVecs(stiffness, &levels->diagonal, NULL));
+  PetscCall(MatGetDiagonal(stiffness, levels->diagonal));
+  PetscCall(take_transformation(levels, transformation, inverse, MAT_INITIAL_MATRIX));
+  PetscCall(sig_held_operator_create(copy, &operator));
   PetscCall(PetscObjectTypeCompareAny((PetscObject)pc, &has_levels, PCGAMG, PCMG, ""));
   if (has_levels) {
     PetscCall(PCMGGetLevels(pc, &n_levels));
-    if (n_levels > 1) {
-      PetscCall(take_levels(ksp, pc, n_levels, stiffness, transformation, inverse, boundary));
-      PetscCall(set_matrix(pc, n_levels - 1, held));
-      // Its eigenvalues where nothing is held are bounds of those where some unknowns are.
-      PetscCall(PCMGGetSmoother(pc, n_levels - 1, &smoother));
-      PetscCall(KSPSetUp(smoother));
-    } else {
-      // some dozen unknowns
-      PetscCall(PCSetType(pc, PCJACOBI));
-    }
+    if (n_levels > 1) PetscCall(take_levels(levels, pc, n_levels, stiffness, inverse, operator));
+    // some dozen unknowns
+    if (n_levels <= 1) PetscCall(PCSetType(pc, PCJACOBI));
   }
-  PetscCall(KSPSetOperators(ksp, held, held));
-  PetscCall(MatDestroy(&held));
-  PetscCall(ISDestroy(&boundary));
+  PetscCall(KSPSetOperators(ksp, operator, operator));
+  PetscCall(MatDestroy(&operator));
   return 0;
 }
 
-// Multiplies the rows of S F that change.
-static PetscErrorCode scale_interpolation(Levels *levels, Vec is_free) {
-  Vec shares;
-
-  PetscCall(VecDuplicate(is_free, &shares));
-  PetscCall(VecCopy(is_free, shares));
-  PetscCall(VecScale(shares, 1.0 - HELD_SHARE));
-  PetscCall(VecShift(shares, HELD_SHARE));
-  PetscCall(VecPointwiseDivide(levels->shares, shares, levels->shares));
-  PetscCall(MatDiagonalScale(levels->interpolation, levels->shares, NULL));
-  PetscCall(VecCopy(shares, levels->shares));
-  PetscCall(VecDestroy(&shares));
-  return 0;
-}
-
-PetscErrorCode sig_contact_levels_hold(KSP ksp, Vec is_free) {
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free) {
   PC pc;
   PetscInt n_levels;
-  Mat held;
+  Mat operator;
+  Vec part, held_part;
   Levels *levels;
 
-  PetscCall(KSPGetOperators(ksp, &held, NULL));
-  PetscCall(sig_held_operator_hold(held, is_free));
   PetscCall(get_levels(ksp, &levels));
-  if (!levels) return 0;
+  PetscCall(take_transformation(levels, transformation, inverse, MAT_REUSE_MATRIX));
+  PetscCall(KSPGetOperators(ksp, &operator, NULL));
+  PetscCall(sig_held_operator_hold(operator, transformation, levels->diagonal, is_free));
+  if (!levels->coarse) return 0;
+  PetscCall(VecGetSubVector(is_free, levels->boundary, &part));
+  PetscCall(VecDuplicate(part, &held_part));
+  PetscCall(VecSet(held_part, 1.0));
+  PetscCall(VecAXPY(held_part, -1.0, part));
+  PetscCall(VecScale(held_part, 1.0 - HELD_SHARE));
+  PetscCall(VecRestoreSubVector(is_free, levels->boundary, &part));
+  PetscCall(change_motions(levels, held_part, MAT_REUSE_MATRIX));
+  PetscCall(VecDestroy(&held_part));
+  PetscCall(set_boundary_rows(levels));
+  PetscCall(project_boundary(levels, MAT_REUSE_MATRIX));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCMGGetLevels(pc, &n_levels));
-  PetscCall(scale_interpolation(levels, is_free));
-  PetscCall(project_boundary(levels, MAT_REUSE_MATRIX));
   PetscCall(project_further(pc, n_levels - 2, levels->coarse, MAT_REUSE_MATRIX));
   return 0;
 }

@@ -55,22 +55,16 @@ static PetscErrorCode destroy(Mat matrix) {
   return 0;
 }
 
-PetscErrorCode sig_held_operator_create(Mat stiffness, Mat transformation, Vec diagonal, Mat *matrix) {
+PetscErrorCode sig_held_operator_create(Mat stiffness, Mat *matrix) {
   Held *held;
   PetscInt n_local, block_size;
 
   PetscCall(PetscNew(&held));
   PetscCall(PetscObjectReference((PetscObject)stiffness));
   held->stiffness = stiffness;
-  PetscCall(PetscObjectReference((PetscObject)transformation));
-  held->transformation = transformation;
-  PetscCall(VecDuplicate(diagonal, &held->diagonal));
-  PetscCall(VecCopy(diagonal, held->diagonal));
-  PetscCall(VecDuplicate(diagonal, &held->is_free));
-  PetscCall(VecSet(held->is_free, 1.0));
-  PetscCall(VecDuplicate(diagonal, &held->unknowns));
-  PetscCall(VecDuplicate(diagonal, &held->displacement));
-  PetscCall(VecDuplicate(diagonal, &held->forces));
+  PetscCall(MatCreateVecs(stiffness, &held->diagonal, &held->is_free));
+  PetscCall(MatCreateVecs(stiffness, &held->unknowns, &held->displacement));
+  PetscCall(VecDuplicate(held->displacement, &held->forces));
   PetscCall(MatGetLocalSize(stiffness, &n_local, NULL));
   PetscCall(MatGetBlockSize(stiffness, &block_size));
   PetscCall(MatCreateShell(PetscObjectComm((PetscObject)stiffness), n_local, n_local, PETSC_DETERMINE, PETSC_DETERMINE,
@@ -83,10 +77,17 @@ PetscErrorCode sig_held_operator_create(Mat stiffness, Mat transformation, Vec d
   return 0;
 }
 
-PetscErrorCode sig_held_operator_hold(Mat matrix, Vec is_free) {
+PetscErrorCode sig_held_operator_hold(Mat matrix, Mat transformation, Vec diagonal, Vec is_free) {
   Held *held;
 
   PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(PetscObjectReference((PetscObject)transformation));
+  PetscCall(MatDestroy(&held->transformation));
+  held->transformation = transformation;
+  PetscCall(VecCopy(diagonal, held->diagonal));
   PetscCall(VecCopy(is_free, held->is_free));
+  // It has changed: smoothers compute its largest eigenvalue anew.
+  PetscCall(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+  PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
   return 0;
 }

@@ -120,13 +120,13 @@ contains
     if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
   end subroutine factor
 
-  !> Makes a solver with multigrid for K solve from here on with T' K T, in which some unknowns are held: call hold_unknowns each
-  !> time they change. These are prescribed dofs and unknowns that T changes. The levels keep the interpolations that `factor` made.
-  !> Requires: factor has succeeded. Collective.
+  !> Makes a solver with multigrid for K solve from here on for unknowns x, u = T x, some of which are held: call hold_unknowns,
+  !> then and each time they change. The levels keep the interpolations that `factor` made. Requires: factor has succeeded.
+  !> Collective.
   subroutine change_unknowns(self, system, transformation, inverse, ierr)
     class(linear_solver_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    !> T, which the solver keeps, and its inverse
+    !> T and its inverse, with the patterns of all later ones
     Mat, intent(in) :: transformation
     Mat, intent(in) :: inverse
     PetscErrorCode, intent(out) :: ierr
@@ -139,12 +139,15 @@ contains
     PetscCall(VecDestroy(mark, ierr))
   end subroutine change_unknowns
 
-  !> Tells a solver with multigrid which unknowns are held at zero from here on. Sets the reason, as factor does. Requires:
-  !> change_unknowns. Collective.
-  subroutine hold_unknowns(self, system, dofs, ierr)
+  !> Makes a solver with multigrid solve T' K T x = f for the free unknowns x; held ones are zero. Sets the reason, as factor does.
+  !> Requires: change_unknowns. Collective.
+  subroutine hold_unknowns(self, system, transformation, inverse, dofs, ierr)
     class(linear_solver_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
-    !> held unknowns, natural
+    !> T, which the solver keeps, and its inverse
+    Mat, intent(in) :: transformation
+    Mat, intent(in) :: inverse
+    !> held unknowns, natural: prescribed dofs, or such that some T changes
     integer, intent(in) :: dofs(:)
     PetscErrorCode, intent(out) :: ierr
     character(kind=c_char) :: message(message_size)
@@ -156,7 +159,7 @@ contains
     is_free(dofs) = 0
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, free_unknowns, ierr))
     PetscCall(system%put(is_free, free_unknowns, ierr))
-    ierr = sig_linear_solver_hold(self%ksp, free_unknowns%v, reason, message)
+    ierr = sig_linear_solver_hold(self%ksp, transformation%v, inverse%v, free_unknowns%v, reason, message)
     call set_reason(self, reason)
     if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
     PetscCall(VecDestroy(free_unknowns, ierr))

@@ -100,17 +100,18 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, 
   return 0;
 }
 
-static PetscErrorCode hold(KSP ksp, Vec is_free) {
-  PetscCall(sig_contact_levels_hold(ksp, is_free));
+static PetscErrorCode hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free) {
+  PetscCall(sig_contact_levels_hold(ksp, transformation, inverse, is_free));
   // Otherwise the set-up would be done in the first solve.
   PetscCall(KSPSetUp(ksp));
   return 0;
 }
 
-int sig_linear_solver_hold(intptr_t handle, intptr_t is_free, int *reason, char *message) {
+int sig_linear_solver_hold(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t is_free, int *reason,
+                           char *message) {
   message[0] = '\0';
   sig_quiet_errors(message);
-  PetscErrorCode status = hold((KSP)handle, (Vec)is_free);
+  PetscErrorCode status = hold((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)is_free);
   sig_loud_errors();
   *reason = status == 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
   return 0;

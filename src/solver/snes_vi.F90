@@ -133,12 +133,11 @@ contains
     PetscCall(system%put(values, upper, ierr))
   end subroutine fill_bounds
 
-  !> Frees the bound form and the matrix. Collective.
+  !> Frees the matrix. Collective.
   subroutine destroy(self, ierr)
     class(snes_vi_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(MatDestroy(self%stiffness, ierr))
-    PetscCall(self%form%destroy(ierr))
   end subroutine destroy
 end module sig_snes_vi

@@ -26,9 +26,9 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 
-    function sig_linear_solver_hold(ksp, is_free, reason, message) result(status) bind(c)
+    function sig_linear_solver_hold(ksp, transformation, inverse, is_free, reason, message) result(status) bind(c)
       import :: c_char, c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, is_free
+      integer(c_intptr_t), value :: ksp, transformation, inverse, is_free
       integer(c_int), intent(out) :: reason
       character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status

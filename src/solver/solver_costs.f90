@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Predicts time and memory of what solvers do: a factorization of K, solves with it, and a solution by multigrid.
 !>
-!> Times are processor times of one core of 2024 with a fast BLAS, divided by the number of ranks. They are constants, not
+!> Times are processor times of one core of 2023 with a fast BLAS, divided by the number of ranks. They are constants, not
 !> measurements, so that every rank and every run chooses alike. tests/benchmark/solver_grid.py compares them with measured times.
 module sig_solver_costs
   use sig_kinds, only: rk
@@ -53,31 +53,29 @@ module sig_solver_costs
   ! The constants of MUMPS contain these factors.
 
   !> [s] MUMPS: ordering and analysis per dof, assembly per entry of the factor, and one operation
-  real(rk), parameter :: analysis = 5.0e-6_rk, per_factor_entry = 6.0e-8_rk, per_operation = 1.6e-10_rk
+  real(rk), parameter :: analysis = 4.0e-6_rk, per_factor_entry = 2.3e-8_rk, per_operation = 5.3e-11_rk
   !> [s] a solve, per entry of the factor and per dof: a single right-hand side, and each of many at once
-  real(rk), parameter :: single_solve(2) = [3.6e-9_rk, 3.0e-7_rk], joint_solve(2) = [4.0e-10_rk, 3.0e-8_rk]
+  real(rk), parameter :: single_solve(2) = [2.0e-9_rk, 3.0e-7_rk], joint_solve(2) = [1.05e-10_rk, 3.4e-8_rk]
   !> number of right-hand sides from which on they count as many
   integer, parameter :: many = 8
   !> [byte] MUMPS: per entry of the factor, with workspace, and per entry of K
   real(rk), parameter :: factor_bytes = 17.0_rk, stiffness_bytes = 40.0_rk
-  !> [s] multigrid with linear and with quadratic elements, per entry of K: levels without contact, levels of an active set, and one
-  !> iteration of conjugate gradients
-  real(rk), parameter :: levels(2) = [6.0e-7_rk, 4.0e-7_rk], levels_of_set(2) = [1.0e-7_rk, 6.0e-8_rk]
-  real(rk), parameter :: iteration(2) = [1.2e-8_rk, 8.0e-9_rk]
-  !> [s] multigrid at one point, per dof
-  real(rk), parameter :: per_dof = 1.0e-5_rk
-  !> usual number of active sets of a point, and iterations for each of them
-  integer, parameter :: sets = 8, iterations(2) = [6, 8]
+  !> [s] multigrid with linear and with quadratic elements: first levels per entry of K, levels of an active set per dof
+  real(rk), parameter :: levels(2) = [3.0e-7_rk, 1.0e-7_rk], levels_of_set(2) = [2.0e-6_rk, 1.0e-6_rk]
+  !> [s] one iteration of conjugate gradients with multigrid, per entry of K and per dof
+  real(rk), parameter :: iteration(2) = [4.5e-9_rk, 2.1e-7_rk]
+  !> usual number of active sets of a point, and of iterations for each of them, in the plane and in space
+  integer, parameter :: sets = 8, iterations(2:3) = [15, 10]
   !> ratio of moduli from which on multigrid needs more iterations, in proportion to the root of what is beyond
-  real(rk), parameter :: harmless_ratio = 10
+  real(rk), parameter :: harmless_ratio = 100
   !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves
   integer, parameter :: solves_per_set = 40
   !> [-] the condensed solver keeps its responses if they take at most this share of the memory: a sixteenth of the machine's
   real(rk), parameter :: share_of_responses = 0.1_rk
-  !> [byte] multigrid, per entry of K
-  real(rk), parameter :: multigrid_bytes = 85.0_rk
+  !> [byte] multigrid, per entry of K and per dof
+  real(rk), parameter :: multigrid_bytes(2) = [22.0_rk, 1700.0_rk]
   !> [s] of one operation of a dense product, and n^3 of them for a dense problem with n unknowns, half of them closed
-  real(rk), parameter :: per_dense_operation = 1.0e-10_rk, dense_share = 0.3_rk
+  real(rk), parameter :: per_dense_operation = 5.0e-11_rk, dense_share = 0.3_rk
 
 contains
 
@@ -180,13 +178,14 @@ contains
   pure type(cost_t) function multigrid_cost(sizes, n_points) result(cost)
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
-    real(rk) :: per_point
+    real(rk) :: per_iteration, per_set
     integer :: i
 
     i = merge(2, 1, sizes%is_quadratic)
-    per_point = sets * (levels_of_set(i) + iteration(i) * iterations(i) * sqrt(max(1.0_rk, sizes%stiffness_ratio / harmless_ratio)))
-    cost%seconds = (sizes%stiffness_entries * (levels(i) + n_points * per_point) + n_points * per_dof * sizes%n_dofs) / &
-      sizes%n_ranks
-    cost%bytes = multigrid_bytes * sizes%stiffness_entries
+    per_iteration = iteration(1) * sizes%stiffness_entries + iteration(2) * sizes%n_dofs
+    per_set = levels_of_set(i) * sizes%n_dofs + iterations(sizes%n_dim) * per_iteration * &
+      sqrt(max(1.0_rk, sizes%stiffness_ratio / harmless_ratio))
+    cost%seconds = (levels(i) * sizes%stiffness_entries + n_points * sets * per_set) / sizes%n_ranks
+    cost%bytes = multigrid_bytes(1) * sizes%stiffness_entries + multigrid_bytes(2) * sizes%n_dofs
   end function multigrid_cost
 end module sig_solver_costs

@@ -99,7 +99,6 @@ contains
     PetscCall(MatDestroy(matrix, ierr))
     PetscCall(VecDestroy(rhs, ierr))
     PetscCall(MatDestroy(tied%stiffness, ierr))
-    PetscCall(tied%form%destroy(ierr))
   end subroutine solve_tied
 
   !> Computes R and G: the responses to loads, prescribed displacements and gaps of each term. Sets response%reason. Collective.
