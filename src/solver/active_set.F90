@@ -110,8 +110,8 @@ contains
   end subroutine create_matrices
 
   !> Builds the multigrid levels for K without contacts and supports. Each aggregate lies in one body, so that its rigid motions let
-  !> bodies slide and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of the
-  !> linear solver stays. Collective.
+  !> bodies slide and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of
+  !> the linear solver stays. Collective.
   subroutine build_levels(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system

@@ -152,13 +152,13 @@ contains
     PetscErrorCode, intent(out) :: ierr
     character(kind=c_char) :: message(message_size)
     integer(c_int) :: reason
-    real(rk) :: is_free(system%map%n_dofs)
+    logical :: is_held(system%map%n_dofs)
     Vec :: free_unknowns
 
-    is_free = 1
-    is_free(dofs) = 0
+    is_held = .false.
+    is_held(dofs) = .true.
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, free_unknowns, ierr))
-    PetscCall(system%put(is_free, free_unknowns, ierr))
+    PetscCall(system%put(merge(0.0_rk, 1.0_rk, is_held), free_unknowns, ierr))
     ierr = sig_linear_solver_hold(self%ksp, transformation%v, inverse%v, free_unknowns%v, reason, message)
     call set_reason(self, reason)
     if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
