@@ -156,7 +156,8 @@ contains
   end subroutine solve
 
   !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
-  !> held from the first step on. If an active set occurs a second time though solutions are accurate, from then on a step changes
+  !> held from the first step on. Where a step changes no fewer pairs than the one before, coarse forces may be the reason: the same
+  !> set is solved again with the next level of accuracy. If a set occurs a second time on one level, from then on a step changes
   !> only the wrong pair with the lowest number, or exchanges it for another one (change_first): without rounding errors this
   !> cannot cycle, but it needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
@@ -168,11 +169,12 @@ contains
     type(step_t) :: step
     logical, allocatable :: history(:, :)
     logical :: next(system%rows%n_rows), is_single
+    integer :: level, n_changed, n_changed_before
 
     is_single = .false.
     self%level = first_level(self, system)
+    level = 0
     allocate (state%is_active(system%rows%n_rows), source=.true.)
-    history = reshape(state%is_active, [size(next), 1])
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)
       state%n_iterations = state%n_iterations + 1
@@ -181,6 +183,12 @@ contains
         state%reason = self%linear_solver%reason
         exit
       end if
+      if (self%level > level) then
+        ! what coarser solutions found proves nothing
+        history = reshape(state%is_active, [size(next), 1])
+        n_changed_before = size(next) + 1
+        level = self%level
+      end if
       next = step%wanted
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_converged
@@ -188,11 +196,13 @@ contains
       end if
       call keep_hold(system%motions, state%is_active, step%multipliers, next)
       if (all(next .eqv. state%is_active)) call exchange_hold(system, step, next)
-      if (state%n_iterations >= usual_steps .or. has_column(history, next)) then
-        ! coarse forces may be the reason
-        is_single = is_single .or. (self%level == size(tolerance_levels) .and. has_column(history, next))
-        self%level = size(tolerance_levels)
+      n_changed = count(next .neqv. state%is_active)
+      if (self%level < size(tolerance_levels) .and. (n_changed >= n_changed_before .or. state%n_iterations >= usual_steps)) then
+        self%level = self%level + 1
+        cycle
       end if
+      n_changed_before = n_changed
+      is_single = is_single .or. has_column(history, next)
       if (is_single) next = change_first(system%motions, state%is_active, step%wanted)
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_pulled_off
