@@ -21,9 +21,13 @@ module sig_point_tree
     procedure :: create
   end type point_tree_t
 
+  integer, parameter :: n_steps = 2**20
+
 contains
 
   !> Builds the tree of each group of points, one after the other. Points with the same place keep the order of their numbers.
+  !> Places that differ by less than a millionth of the size of all count as the same: rounding of the coordinates, which differs
+  !> with the unit of length, must not decide.
   subroutine create(self, points, groups, most_in_leaf)
     class(point_tree_t), intent(out) :: self
     !> [length] shape (n_dim, n_points)
@@ -32,8 +36,9 @@ contains
     integer, intent(in) :: groups(:)
     !> largest number of points in a leaf
     integer, intent(in) :: most_in_leaf
-    integer :: i, k, n, n_before
+    integer :: i, k, n, n_before, places(size(points, 1), size(points, 2))
 
+    places = steps_of(points)
     allocate (self%order(size(groups)))
     allocate (self%first(2 * size(groups)), self%last(2 * size(groups)), self%children(2, 2 * size(groups)))
     allocate (self%roots(maxval([0, groups])))
@@ -42,7 +47,7 @@ contains
     do k = 1, size(self%roots)
       associate (own => pack([(i, i=1, size(groups))], groups == k))
         self%order(n_before + 1:n_before + size(own)) = own
-        call halve(self, points, n_before + 1, n_before + size(own), most_in_leaf, n)
+        call halve(self, places, n_before + 1, n_before + size(own), most_in_leaf, n)
         n_before = n_before + size(own)
       end associate
       self%roots(k) = n
@@ -52,10 +57,25 @@ contains
     self%children = self%children(:, :n)
   end subroutine create
 
-  !> Adds an interval and all below it. On return n is its number.
-  pure recursive subroutine halve(self, points, first, last, most_in_leaf, n)
-    class(point_tree_t), intent(inout) :: self
+  !> Returns coordinates as numbers of steps, 0 to n_steps along the longest side of the box around all points.
+  pure function steps_of(points) result(places)
     real(rk), intent(in) :: points(:, :)
+    integer :: places(size(points, 1), size(points, 2))
+    real(rk) :: corner(size(points, 1)), size_of_all
+    integer :: i
+
+    corner = minval(points, dim=2)
+    size_of_all = maxval([0.0_rk, maxval(points, dim=2) - corner])
+    do i = 1, size(points, 2)
+      places(:, i) = nint((points(:, i) - corner) / max(size_of_all, tiny(size_of_all)) * n_steps)
+    end do
+  end function steps_of
+
+  !> Adds an interval and all below it. On return n is its number.
+  pure recursive subroutine halve(self, places, first, last, most_in_leaf, n)
+    class(point_tree_t), intent(inout) :: self
+    !> of steps_of
+    integer, intent(in) :: places(:, :)
     integer, intent(in) :: first
     integer, intent(in) :: last
     integer, intent(in) :: most_in_leaf
@@ -65,14 +85,14 @@ contains
 
     children = 0
     if (last - first + 1 > most_in_leaf) then
-      associate (own => points(:, self%order(first:last)))
+      associate (own => places(:, self%order(first:last)))
         axis = maxloc(maxval(own, dim=2) - minval(own, dim=2), dim=1)
       end associate
-      call sort(points(axis, :), self%order(first:last))
+      call sort(places(axis, :), self%order(first:last))
       middle = (first + last) / 2
-      call halve(self, points, first, middle, most_in_leaf, n)
+      call halve(self, places, first, middle, most_in_leaf, n)
       children(1) = n
-      call halve(self, points, middle + 1, last, most_in_leaf, n)
+      call halve(self, places, middle + 1, last, most_in_leaf, n)
       children(2) = n
     end if
     n = n + 1
@@ -83,7 +103,7 @@ contains
 
   !> Sorts numbers of points by their coordinate, equal ones by their number (merge sort).
   pure recursive subroutine sort(coordinates, numbers)
-    real(rk), intent(in) :: coordinates(:)
+    integer, intent(in) :: coordinates(:)
     integer, intent(inout) :: numbers(:)
     integer :: left(size(numbers) / 2), right(size(numbers) - size(numbers) / 2)
     integer :: i, i_left, i_right
@@ -111,7 +131,7 @@ contains
       takes_left = i_right > size(right)
       if (i_left > size(left) .or. takes_left) return
       associate (a => coordinates(left(i_left)), b => coordinates(right(i_right)))
-        takes_left = a < b .or. (.not. b < a .and. left(i_left) < right(i_right))
+        takes_left = a < b .or. (a == b .and. left(i_left) < right(i_right))
       end associate
     end function takes_left
   end subroutine sort
