@@ -5,10 +5,10 @@
 #define SIGNOROM_CONTACT_LEVELS_H
 #include <petscksp.h>
 
-/* Makes a KSP with the levels of a GAMG for K solve with T' K T; sig_contact_levels_hold must follow. `transformation`
+/* Makes a KSP with multigrid levels for K solve with T' K T; sig_contact_levels_hold must follow. `transformation`
  * and `inverse` give the patterns of T and its inverse. `mark` has 1 for each unknown that may be held though no T
- * changes it, and 0 for all others; it changes. Where options chose another preconditioner, it works with the operator
- * alone. Collective. */
+ * changes it, and 0 for all others; it changes. Where options chose another preconditioner, it must do without entries
+ * of the matrix. Collective. */
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat inverse, Vec mark);
 
 /* Sets T, which is kept as a reference, and holds the unknowns for which `is_free` is 0; it is 1 for all others.

@@ -18,10 +18,11 @@ enum { SIG_LINEAR_DONE = 1, SIG_LINEAR_FAILED = -1, SIG_LINEAR_SINGULAR = -2 };
 int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intptr_t *ksp, int *reason, char *message);
 
 /* Makes a KSP with multigrid for K solve with T' K T from now on, where some unknowns are held; sig_linear_solver_hold
- * must follow. The levels of GAMG keep their interpolations. `transformation` and `inverse` give the patterns of T and
- * its inverse. `mark` has 1 for each unknown that may be held though no T changes it, and 0 for all others; it changes.
- */
-int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t transformation, intptr_t inverse, intptr_t mark);
+ * must follow. The levels keep their interpolations. `transformation` and `inverse` give the patterns of T and its
+ * inverse. `mark` has 1 for each unknown that may be held though no T changes it, and 0 for all others; it changes.
+ * `reason` and `message` are as for sig_linear_solver_create. */
+int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t transformation, intptr_t inverse, intptr_t mark,
+                                      int *reason, char *message);
 
 /* Makes the KSP solve with T' K T where the unknowns are held for which `is_free` has 0; it has 1 for all others. T =
  * `transformation` is kept as a reference, `inverse` is only read. `reason` and `message` are as for

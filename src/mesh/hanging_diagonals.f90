@@ -1,16 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Checks that no cell has an edge across a quadrilateral face of another one. Two triangles against a quadrilateral have the same
-!> corners, but not the same displacements between them: the mesh would be torn there without a word.
+!> Finds cells that have an edge across a quadrilateral face of another one. Two triangles against a quadrilateral have the same
+!> corners, but not the same displacements between them. A displacement that is linear there fits, so that finer meshes are right,
+!> but any other one has small gaps.
 module sig_hanging_diagonals
   use sig_element_types, only: element_type_of_gmsh, element_types, fullest_type, n_element_types
-  use sig_errors, only: error_t, make_error
   use sig_mesh_file, only: raw_mesh_t
   use sig_mid_nodes, only: element_text
   use sig_shape_functions, only: corners_of_node
-  use sig_text, only: to_text
+  use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
   private
-  public :: check_hanging_diagonals
+  public :: note_hanging_diagonals
 
   !> The edges of an element type, and the diagonals of its quadrilateral faces: pairs of its corners, shape (2, n).
   type :: lines_t
@@ -32,38 +32,59 @@ module sig_hanging_diagonals
 
 contains
 
-  !> Checks a mesh of solid cells. Local. Cost: linear in the number of elements; a mesh with cells of one shape that has faces of
-  !> one kind is not searched. Errors: an edge of a cell is a diagonal of a face of another one; its nodes are in the message.
-  pure subroutine check_hanging_diagonals(raw, path, error)
+  !> Adds a note that tells how many cells have such an edge, and the first one. Local. Cost: linear in the number of elements; a mesh
+  !> with cells of one shape that has faces of one kind is not searched.
+  pure subroutine note_hanging_diagonals(raw, path, notes)
     type(raw_mesh_t), intent(in) :: raw
     character(*), intent(in) :: path
-    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable, intent(inout) :: notes(:)
     type(lines_t) :: lines(n_element_types)
     type(diagonals_t) :: diagonals
-    integer :: i, i_element, i_found, i_type
+    character(:), allocatable :: first
+    integer :: edge(2), i_element, i_other, i_type, n
 
     do i_type = 1, n_element_types
       lines(i_type) = lines_of(i_type)
     end do
     if (.not. has_both_kinds(raw, lines)) return
     call collect_diagonals(raw, lines, diagonals)
+    n = 0
     do i_element = 1, raw%n_elements
-      associate (nodes => raw%element_nodes(raw%element_offsets(i_element) + 1:raw%element_offsets(i_element + 1)), &
-        edges => lines(element_type_of_gmsh(raw%element_types(i_element)))%edges)
-        do i = 1, size(edges, 2)
-          i_found = place_of(diagonals, nodes(edges(:, i)))
-          if (i_found == 0) cycle
-          call make_error(error, element_text(raw, i_element) // ' has an edge, between the nodes ' // &
-            to_text(raw%node_tags(nodes(edges(1, i)))) // ' and ' // to_text(raw%node_tags(nodes(edges(2, i)))) // &
-            ', across a quadrilateral face of ' // element_text(raw, diagonals%element(i_found)) // &
-            ', so that both do not fit together between their corners', path, raw%element_places(1, i_element), &
-            raw%element_places(2, i_element), 'put pyramids between tetrahedra and hexahedra, as gmsh does by itself; or ' // &
-            'give both parts nodes of their own, and put them in contact')
-          return
-        end do
-      end associate
+      call find_hanging_edge(raw, lines, diagonals, i_element, edge, i_other)
+      if (i_other == 0) cycle
+      n = n + 1
+      if (n == 1) first = path // ':' // to_text(raw%element_places(1, i_element)) // ', ' // element_text(raw, i_element) // &
+        ', between the nodes ' // to_text(raw%node_tags(edge(1))) // ' and ' // to_text(raw%node_tags(edge(2))) // &
+        ', on ' // element_text(raw, i_other)
     end do
-  end subroutine check_hanging_diagonals
+    if (n > 0) call append_text(notes, to_text(n) // ' cells of the mesh have an edge across a quadrilateral face of another cell ' // &
+      '(the first one: ' // first // '); their displacements fit together at the nodes only, so stresses there are less ' // &
+      'accurate; put pyramids between tetrahedra and hexahedra, as gmsh does by itself')
+  end subroutine note_hanging_diagonals
+
+  !> Finds an edge of an element that is a diagonal of another one.
+  pure subroutine find_hanging_edge(raw, lines, diagonals, i_element, edge, i_other)
+    type(raw_mesh_t), intent(in) :: raw
+    type(lines_t), intent(in) :: lines(:)
+    type(diagonals_t), intent(in) :: diagonals
+    integer, intent(in) :: i_element
+    !> its nodes
+    integer, intent(out) :: edge(2)
+    !> the other element, 0 = none
+    integer, intent(out) :: i_other
+    integer :: i, place
+
+    i_other = 0
+    associate (nodes => raw%element_nodes(raw%element_offsets(i_element) + 1:raw%element_offsets(i_element + 1)), &
+      edges => lines(element_type_of_gmsh(raw%element_types(i_element)))%edges)
+      do i = 1, size(edges, 2)
+        edge = nodes(edges(:, i))
+        place = place_of(diagonals, edge)
+        if (place > 0) i_other = diagonals%element(place)
+        if (place > 0) return
+      end do
+    end associate
+  end subroutine find_hanging_edge
 
   !> Returns the edges and diagonals of a type; none if it is no solid.
   pure function lines_of(i_type) result(lines)

@@ -3,7 +3,7 @@
 module sig_mesh_build
   use sig_element_types, only: element_type_of_gmsh, element_types
   use sig_errors, only: error_t, make_error
-  use sig_hanging_diagonals, only: check_hanging_diagonals
+  use sig_hanging_diagonals, only: note_hanging_diagonals
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_mesh_file, only: raw_mesh_t, raw_nodes
@@ -22,8 +22,8 @@ contains
   !> Builds the mesh. Elements of the same type and nodes count once; nodes without a cell, and facets with such a node, are left
   !> out; the order of the file is kept. The orientation of the cells is not checked, and file_hash is not set. Local.
   !>
-  !> Errors: the largest dimension of the elements is not n_dim, or there are none; those of check_mid_nodes,
-  !> check_hanging_diagonals and find_axes. After any error the mesh is not complete.
+  !> Errors: the largest dimension of the elements is not n_dim, or there are none; those of check_mid_nodes and find_axes. After
+  !> any error the mesh is not complete.
   subroutine build_mesh(raw, n_dim, length_factor, path, mesh, error)
     type(raw_mesh_t), intent(in) :: raw
     !> 2 or 3: dimension of the model
@@ -43,8 +43,7 @@ contains
     if (allocated(error)) return
     call check_mid_nodes(raw, n_dim, path, error)
     if (allocated(error)) return
-    call check_hanging_diagonals(raw, path, error)
-    if (allocated(error)) return
+    call note_hanging_diagonals(raw, path, mesh%notes)
     call number_cells(raw, n_dim, cell_of_element, node_of_raw_node)
     call find_axes(raw, node_of_raw_node, n_dim, path, axes, mesh%notes, error)
     if (allocated(error)) return

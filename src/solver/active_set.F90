@@ -35,6 +35,8 @@ module sig_active_set
     real(rk), allocatable :: displacement(:)
     !> accuracy level of the current point: index into tolerance_levels
     integer :: level = 1
+    !> number of pairs that the last step changed
+    integer :: n_changed = 0
   contains
     procedure :: create
     procedure :: solve
@@ -43,6 +45,8 @@ module sig_active_set
 
   !> One step: what it solves, and what it finds.
   type :: step_t
+    !> whether the solution is as accurate as it can be
+    logical :: is_accurate = .false.
     !> [-] values of the terms
     real(rk), allocatable :: theta(:)
     !> [force] loads on the dofs, natural
@@ -73,7 +77,7 @@ module sig_active_set
   real(rk), parameter :: tolerance_levels(3) = [1.0e-3_rk, 1.0e-6_rk, 0.0_rk]
   !> [-] noise_levels if the preconditioner is a factor: its tightest tolerance is as good as a new factorization
   real(rk), parameter :: factor_noise_levels(3) = [1.0e-3_rk, 1.0e-5_rk, rounding]
-  !> number of steps at one point from which on no solution is coarse any more
+  !> number of steps at one point from which on no solution is coarse
   integer, parameter :: usual_steps = 12
   !> usual number of iterations of conjugate gradients; a factorization that takes less time than so many solves is made anew
   integer, parameter :: usual_iterations = 40
@@ -129,7 +133,8 @@ contains
       PetscCall(self%linear_solver%change_unknowns(system, transformation, inverse, ierr))
       PetscCall(MatDestroy(transformation, ierr))
       PetscCall(MatDestroy(inverse, ierr))
-    else
+    end if
+    if (self%linear_solver%reason /= reason_converged) then
       ! its reason stays
       PetscCall(self%linear_solver%destroy(ierr))
     end if
@@ -156,8 +161,7 @@ contains
   end subroutine solve
 
   !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
-  !> held from the first step on. Where a step changes no fewer pairs than the one before, coarse forces may be the reason: the same
-  !> set is solved again with the next level of accuracy. If a set occurs a second time on one level, from then on a step changes
+  !> held from the first step on. If an accurate solution asks for a set that another one had before, from then on a step changes
   !> only the wrong pair with the lowest number, or exchanges it for another one (change_first): without rounding errors this
   !> cannot cycle, but it needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
@@ -169,12 +173,12 @@ contains
     type(step_t) :: step
     logical, allocatable :: history(:, :)
     logical :: next(system%rows%n_rows), is_single
-    integer :: level, n_changed, n_changed_before
 
     is_single = .false.
     self%level = first_level(self, system)
-    level = 0
+    self%n_changed = huge(self%n_changed)
     allocate (state%is_active(system%rows%n_rows), source=.true.)
+    allocate (history(size(next), 0))
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)
       state%n_iterations = state%n_iterations + 1
@@ -183,12 +187,6 @@ contains
         state%reason = self%linear_solver%reason
         exit
       end if
-      if (self%level > level) then
-        ! what coarser solutions found proves nothing
-        history = reshape(state%is_active, [size(next), 1])
-        n_changed_before = size(next) + 1
-        level = self%level
-      end if
       next = step%wanted
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_converged
@@ -196,19 +194,17 @@ contains
       end if
       call keep_hold(system%motions, state%is_active, step%multipliers, next)
       if (all(next .eqv. state%is_active)) call exchange_hold(system, step, next)
-      n_changed = count(next .neqv. state%is_active)
-      if (self%level < size(tolerance_levels) .and. (n_changed >= n_changed_before .or. state%n_iterations >= usual_steps)) then
-        self%level = self%level + 1
-        cycle
+      ! what coarse solutions found proves nothing
+      if (step%is_accurate) then
+        history = reshape([history, state%is_active], [size(next), size(history, 2) + 1])
+        is_single = is_single .or. has_column(history, next)
       end if
-      n_changed_before = n_changed
-      is_single = is_single .or. has_column(history, next)
       if (is_single) next = change_first(system%motions, state%is_active, step%wanted)
       if (all(next .eqv. state%is_active)) then
         state%reason = reason_pulled_off
         exit
       end if
-      history = reshape([history, next], [size(next), size(history, 2) + 1])
+      self%n_changed = count(next .neqv. state%is_active)
       state%is_active = next
     end do
     call finish_state(self%form, system, theta, step%unknowns, step%residual, state)
@@ -273,8 +269,9 @@ contains
     end if
   end subroutine solve_with_factor
 
-  !> Solves by conjugate gradients, more and more accurately as long as the solution asks for the same active set. Begins with
-  !> self%level, which rises. After a failure the next solve starts from zero. Collective.
+  !> Solves by conjugate gradients, more and more accurately as long as the solution asks for the same active set, or changes no
+  !> fewer pairs than the last step did: coarse forces may be the reason. Begins with self%level, which rises. After a failure the
+  !> next solve starts from zero. Collective.
   subroutine improve_in_levels(self, system, noise, state, step, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -283,11 +280,13 @@ contains
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
+    integer :: n_changed
 
     ierr = 0
     do while (self%linear_solver%reason == reason_converged)
       PetscCall(improve(self, system, tolerance_levels(self%level), noise(self%level), state, step, ierr))
-      if (self%level == size(tolerance_levels) .or. any(step%wanted .neqv. state%is_active)) exit
+      n_changed = count(step%wanted .neqv. state%is_active)
+      if (step%is_accurate .or. (n_changed > 0 .and. n_changed < self%n_changed .and. state%n_iterations < usual_steps)) exit
       self%level = self%level + 1
     end do
     if (self%linear_solver%reason /= reason_converged) self%displacement = 0
@@ -376,6 +375,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(find_displacement(self, system, tolerance, step, ierr))
+    step%is_accurate = tolerance <= 0
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
     step%unknowns = self%displacement
     call self%form%to_unknowns(system, step%unknowns)

@@ -173,8 +173,8 @@ static PetscErrorCode set_matrix(PC pc, PetscInt i_level, Mat matrix) {
   return 0;
 }
 
-// Computes the matrices of the levels below the first coarse one. Except for the first time, these levels have matrices
-// of the same pattern, which get the new values.
+// Sets the matrix of the first coarse level, and computes those of the levels below. Except for the first time, these
+// have matrices of the same pattern, which get the new values.
 static PetscErrorCode project_further(PC pc, PetscInt i_first, Mat matrix, MatReuse reuse) {
   PetscCall(set_matrix(pc, i_first, matrix));
   for (PetscInt i = i_first - 1; i >= 0; i--) {
@@ -216,6 +216,7 @@ static PetscErrorCode take_levels(Levels *levels, PC pc, PetscInt n_levels, Mat 
   // Otherwise GAMG would compute the coarse matrices itself.
   PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
   PetscCall(MatCreateVecs(levels->stiffness, &nothing_held, NULL));
+  PetscCall(VecSet(nothing_held, 0.0));
   PetscCall(change_motions(levels, nothing_held, MAT_INITIAL_MATRIX));
   PetscCall(VecDestroy(&nothing_held));
   PetscCall(project_boundary(levels, MAT_INITIAL_MATRIX));
@@ -278,5 +279,7 @@ PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse,
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCMGGetLevels(pc, &n_levels));
   PetscCall(project_further(pc, n_levels - 2, levels->coarse, MAT_REUSE_MATRIX));
+  // so that the smoother computes the largest eigenvalue anew
+  PetscCall(set_matrix(pc, n_levels - 1, operator));
   return 0;
 }

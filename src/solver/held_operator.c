@@ -73,7 +73,6 @@ PetscErrorCode sig_held_operator_create(Mat stiffness, Mat *matrix) {
   PetscCall(MatShellSetOperation(*matrix, MATOP_MULT, (void (*)(void))multiply));
   PetscCall(MatShellSetOperation(*matrix, MATOP_GET_DIAGONAL, (void (*)(void))get_diagonal));
   PetscCall(MatShellSetOperation(*matrix, MATOP_DESTROY, (void (*)(void))destroy));
-  PetscCall(MatSetOption(*matrix, MAT_SYMMETRIC, PETSC_TRUE));
   return 0;
 }
 
@@ -86,7 +85,7 @@ PetscErrorCode sig_held_operator_hold(Mat matrix, Mat transformation, Vec diagon
   held->transformation = transformation;
   PetscCall(VecCopy(diagonal, held->diagonal));
   PetscCall(VecCopy(is_free, held->is_free));
-  // It has changed: smoothers compute its largest eigenvalue anew.
+  // It has changed: smoothers take its diagonal anew.
   PetscCall(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
   return 0;

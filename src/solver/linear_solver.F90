@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A stiffness matrix with some dofs prescribed, made ready once for many right-hand sides: factored by MUMPS, or conjugate
+!> A stiffness matrix made ready once for many right-hand sides: factored by MUMPS, or conjugate
 !> gradients with algebraic multigrid, which needs far less memory in three dimensions.
 module sig_linear_solver
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
@@ -18,7 +18,7 @@ module sig_linear_solver
   private
   public :: linear_solver_t, constrain, hold, set_near_null_space
 
-  !> A linear solver for one matrix. Set is_multigrid, call factor, then the solve procedures, then destroy.
+  !> A linear solver for one matrix, or with multigrid for T' K T of many sets of held unknowns. Set is_multigrid, call factor, then the solve procedures, then destroy.
   type :: linear_solver_t
     !> whether conjugate gradients with multigrid solve, and not a factorization
     logical :: is_multigrid = .false.
@@ -121,8 +121,8 @@ contains
   end subroutine factor
 
   !> Makes a solver with multigrid for K solve from here on for unknowns x, u = T x, some of which are held: call hold_unknowns,
-  !> then and each time they change. The levels keep the interpolations that `factor` made. Requires: factor has succeeded.
-  !> Collective.
+  !> then and each time they change. The levels keep the interpolations that `factor` made. Sets the reason, as
+  !> factor does. Requires: factor has succeeded. Collective.
   subroutine change_unknowns(self, system, transformation, inverse, ierr)
     class(linear_solver_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -130,12 +130,16 @@ contains
     Mat, intent(in) :: transformation
     Mat, intent(in) :: inverse
     PetscErrorCode, intent(out) :: ierr
+    character(kind=c_char) :: message(message_size)
+    integer(c_int) :: reason
     Vec :: mark
 
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, mark, ierr))
     PetscCall(system%put(merge(1.0_rk, 0.0_rk, system%boundary%is_prescribed), mark, ierr))
-    ierr = sig_linear_solver_change_unknowns(self%ksp, transformation%v, inverse%v, mark%v)
+    ierr = sig_linear_solver_change_unknowns(self%ksp, transformation%v, inverse%v, mark%v, reason, message)
     CHKERRQ(ierr)
+    call set_reason(self, reason)
+    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
     PetscCall(VecDestroy(mark, ierr))
   end subroutine change_unknowns
 

@@ -36,21 +36,15 @@ static PetscErrorCode set_up_with_margin(KSP ksp) {
   return 0;
 }
 
-static PetscErrorCode set_operators(KSP ksp, Mat matrix) {
+static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
+  PetscReal no_edge = 0.0;
+  PetscBool is_gamg;
   Mat copy;
+  PC pc;
 
   PetscCall(sig_symmetric_copy_create(matrix, &copy));
   PetscCall(KSPSetOperators(ksp, copy, matrix));
   PetscCall(MatDestroy(&copy));
-  return 0;
-}
-
-static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
-  PetscReal no_edge = 0.0;
-  PetscBool is_gamg;
-  PC pc;
-
-  PetscCall(set_operators(ksp, matrix));
   PetscCall(KSPSetType(ksp, KSPCG));
   PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
   PetscCall(KSPSetTolerances(ksp, TIGHTEST, 0.0, 1e15, MAX_CG_ITERATIONS));
@@ -59,8 +53,7 @@ static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
   PetscCall(PCSetType(pc, PCGAMG));
   // Edges without stiffness do not count, so that no aggregate has nodes of two bodies.
   PetscCall(PCGAMGSetThreshold(pc, &no_edge, 1));
-  // sig_linear_solver_renew keeps the interpolation; the eigenvalues of the smoothers are computed from the new matrix.
-  PetscCall(PCGAMGSetReuseInterpolation(pc, PETSC_TRUE));
+  // Otherwise the smoothers would keep the eigenvalues of this matrix when contacts close (contact_levels.h).
   PetscCall(PCGAMGSetUseSAEstEig(pc, PETSC_FALSE));
   PetscCall(KSPSetFromOptions(ksp));
   PetscCall(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &is_gamg));
@@ -95,15 +88,16 @@ int sig_linear_solver_create(intptr_t matrix, const char *prefix, int kind, intp
   return 0;
 }
 
-int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t mark) {
-  PetscCall(sig_contact_levels_create((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)mark));
-  return 0;
+static void end_levels(PetscErrorCode status, int *reason) {
+  sig_loud_errors();
+  *reason = status == 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
 }
 
-static PetscErrorCode hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free) {
-  PetscCall(sig_contact_levels_hold(ksp, transformation, inverse, is_free));
-  // Otherwise the set-up would be done in the first solve.
-  PetscCall(KSPSetUp(ksp));
+int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t mark,
+                                      int *reason, char *message) {
+  message[0] = '\0';
+  sig_quiet_errors(message);
+  end_levels(sig_contact_levels_create((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)mark), reason);
   return 0;
 }
 
@@ -111,9 +105,7 @@ int sig_linear_solver_hold(intptr_t handle, intptr_t transformation, intptr_t in
                            char *message) {
   message[0] = '\0';
   sig_quiet_errors(message);
-  PetscErrorCode status = hold((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)is_free);
-  sig_loud_errors();
-  *reason = status == 0 ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
+  end_levels(sig_contact_levels_hold((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)is_free), reason);
   return 0;
 }
 

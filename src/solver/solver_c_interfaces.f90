@@ -20,9 +20,11 @@ module sig_solver_c_interfaces
       integer(c_int) :: status
     end function sig_linear_solver_create
 
-    function sig_linear_solver_change_unknowns(ksp, transformation, inverse, mark) result(status) bind(c)
-      import :: c_int, c_intptr_t
+    function sig_linear_solver_change_unknowns(ksp, transformation, inverse, mark, reason, message) result(status) bind(c)
+      import :: c_char, c_int, c_intptr_t
       integer(c_intptr_t), value :: ksp, transformation, inverse, mark
+      integer(c_int), intent(out) :: reason
+      character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 

@@ -76,7 +76,7 @@ contains
     type(compressed_matrix_t), allocatable :: groups(:)
     type(row_layout_t) :: layout
     type(progress_t) :: progress
-    real(rk), allocatable :: block(:, :), errors(:, :), forces(:, :), products(:, :), wrong(:, :)
+    real(rk), allocatable :: block(:, :), errors(:, :), forces(:, :), products(:, :), wrong(:, :), wrong_forces(:, :)
     integer, allocatable :: ends(:), order(:), own(:)
     real(rk) :: share, threshold
     integer :: first, i
@@ -92,8 +92,11 @@ contains
       own = order(first:ends(i))
       forces = states%unknowns(own, :) / spread(states%sizes, 1, size(own))
       block = reduced%compliance(own, own)
-      PetscCall(compress_group(system, condensed, layout, own, forces, share, block, threshold, groups(i), wrong, ierr))
-      PetscCall(find_products(system, condensed, layout, groups(:i), order(:ends(i)), wrong, products, ierr))
+      call compress_group(system, condensed, layout, own, forces, share, block, threshold, groups(i), wrong, wrong_forces, ierr)
+      CHKERRQ(ierr)
+      associate (rows => order(:ends(i)))
+        PetscCall(find_products(system, condensed, layout, groups(:i), rows, wrong, wrong_forces, products, ierr))
+      end associate
       errors(:ends(i), first:ends(i)) = products
       errors(first:ends(i), :first - 1) = transpose(errors(:first - 1, first:ends(i)))
       first = ends(i) + 1
@@ -175,7 +178,8 @@ contains
   !> Compresses the columns of one group J so that its part of the error of each state is at most `tolerance`, if single precision
   !> allows it. With C_JJ = L L', the columns H_J L'^-1 are orthonormal in the norm of K, so that a threshold for them is one for
   !> relative errors in this norm. Collective.
-  subroutine compress_group(system, condensed, layout, rows, forces, tolerance, compliance, threshold, matrix, errors, ierr)
+  subroutine compress_group(system, condensed, layout, rows, forces, tolerance, compliance, threshold, matrix, errors, &
+    error_forces, ierr)
     type(contact_system_t), intent(in) :: system
     type(condensed_t), intent(inout) :: condensed
     type(row_layout_t), intent(in) :: layout
@@ -191,8 +195,9 @@ contains
     real(rk), intent(inout) :: threshold
     !> H~_J
     type(compressed_matrix_t), intent(out) :: matrix
-    !> [length/force] E_J, rows of this rank
+    !> [length/force] E_J, and K E_J, rows of this rank
     real(rk), allocatable, intent(out) :: errors(:, :)
+    real(rk), allocatable, intent(out) :: error_forces(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(piece_t), allocatable :: pieces(:)
     real(rk), allocatable :: columns(:, :), factor(:, :), own(:, :), scaled(:, :)
@@ -206,13 +211,15 @@ contains
     call factor_group(compliance, factor)
     scaled = columns * spread(layout%scale(layout%dofs), 2, size(rows))
     call divide_by_factor(factor, scaled)
+    allocate (error_forces, mold=own)
     do i = 1, most_attempts
       call compress_columns(layout%nodes, layout%n_components, scaled, threshold, pieces)
       matrix = blocks_of(layout%nodes, pieces, columns, 1 / layout%scale(layout%dofs), transpose(factor))
       errors = matrix%full_matrix()
       errors(layout%dofs, :) = errors
       errors = errors(system%map%local_dofs, :) - own
-      PetscCall(measure_states(system, errors, forces, error, ierr))
+      PetscCall(multiply_block(system%stiffness, errors, error_forces, ierr))
+      PetscCall(measure_states(system, errors, error_forces, forces, error, ierr))
       if (error <= tolerance) exit
       threshold = threshold * safety * tolerance / error
     end do
@@ -263,25 +270,24 @@ contains
   end subroutine divide_by_factor
 
   !> [-] Measures the largest error |E z|_K of the states. Collective.
-  subroutine measure_states(system, errors, forces, error, ierr)
+  subroutine measure_states(system, errors, error_forces, forces, error, ierr)
     type(contact_system_t), intent(in) :: system
-    !> E, rows of this rank
+    !> E, and K E, rows of this rank
     real(rk), intent(in) :: errors(:, :)
+    real(rk), intent(in) :: error_forces(:, :)
     !> z of the states relative to their sizes
     real(rk), intent(in) :: forces(:, :)
     real(rk), intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: products(:, :), square(:, :)
+    real(rk), allocatable :: square(:, :)
 
-    allocate (products, mold=errors)
-    PetscCall(multiply_block(system%stiffness, errors, products, ierr))
-    square = transposed_product(errors, products)
+    square = transposed_product(errors, error_forces)
     PetscCall(sum_over_ranks(system%comm, square, ierr))
     error = sqrt(maxval([0.0_rk, sum(forces * product_of(square, forces), dim=1)]))
   end subroutine measure_states
 
   !> Computes E_I'K E_J for the last group J and for all groups I up to it. Each rank does some of these. Collective.
-  subroutine find_products(system, condensed, layout, groups, rows, errors, products, ierr)
+  subroutine find_products(system, condensed, layout, groups, rows, errors, error_forces, products, ierr)
     type(contact_system_t), intent(in) :: system
     type(condensed_t), intent(in) :: condensed
     type(row_layout_t), intent(in) :: layout
@@ -289,18 +295,17 @@ contains
     type(compressed_matrix_t), intent(in) :: groups(:)
     !> contacts of the groups
     integer, intent(in) :: rows(:)
-    !> E_J, rows of this rank
+    !> E_J, and K E_J, rows of this rank
     real(rk), contiguous, intent(in) :: errors(:, :)
+    real(rk), contiguous, intent(in) :: error_forces(:, :)
     !> [length/force] shape (size(rows), size(errors, 2))
     real(rk), allocatable, intent(out) :: products(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: closing(:, :), forces(:, :), local(:, :)
+    real(rk), allocatable :: closing(:, :), forces(:, :)
     integer :: first, i, last, n_ranks, rank
 
     PetscCall(rank_and_size(system%comm, rank, n_ranks, ierr))
-    allocate (local, mold=errors)
-    PetscCall(multiply_block(system%stiffness, errors, local, ierr))
-    PetscCall(system%share_columns(local, size(local, 2), forces, ierr))
+    PetscCall(system%share_columns(error_forces, size(error_forces, 2), forces, ierr))
     forces = forces(layout%dofs, :)
     PetscCall(close_rows(system, errors, closing, ierr))
     associate (anchors => condensed%anchors)
