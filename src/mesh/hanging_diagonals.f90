@@ -32,8 +32,8 @@ module sig_hanging_diagonals
 
 contains
 
-  !> Adds a note that tells how many cells have such an edge, and the first one. Local. Cost: linear in the number of elements; a mesh
-  !> with cells of one shape that has faces of one kind is not searched.
+  !> Adds a note that tells how many cells have such an edge, and the first one. Local. Cost: linear in the number of elements; a
+  !> mesh with cells of one shape that has faces of one kind is not searched.
   pure subroutine note_hanging_diagonals(raw, path, notes)
     type(raw_mesh_t), intent(in) :: raw
     character(*), intent(in) :: path
@@ -57,8 +57,8 @@ contains
         ', between the nodes ' // to_text(raw%node_tags(edge(1))) // ' and ' // to_text(raw%node_tags(edge(2))) // &
         ', on ' // element_text(raw, i_other)
     end do
-    if (n > 0) call append_text(notes, to_text(n) // ' cells of the mesh have an edge across a quadrilateral face of another cell ' // &
-      '(the first one: ' // first // '); their displacements fit together at the nodes only, so stresses there are less ' // &
+    if (n > 0) call append_text(notes, to_text(n) // ' cells of the mesh have an edge across a quadrilateral face of another ' // &
+      'cell (the first one: ' // first // '); their displacements fit together at the nodes only, so stresses there are less ' // &
       'accurate; put pyramids between tetrahedra and hexahedra, as gmsh does by itself')
   end subroutine note_hanging_diagonals
 

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> A stiffness matrix made ready once for many right-hand sides: factored by MUMPS, or conjugate
-!> gradients with algebraic multigrid, which needs far less memory in three dimensions.
+!> A stiffness matrix made ready once for many right-hand sides: factored by MUMPS, or conjugate gradients with algebraic multigrid,
+!> which needs far less memory in three dimensions.
 module sig_linear_solver
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_intptr_t, c_null_char
   use sig_c_strings, only: from_c
@@ -18,7 +18,8 @@ module sig_linear_solver
   private
   public :: linear_solver_t, constrain, hold, set_near_null_space
 
-  !> A linear solver for one matrix, or with multigrid for T' K T of many sets of held unknowns. Set is_multigrid, call factor, then the solve procedures, then destroy.
+  !> A linear solver for one matrix, or with multigrid for T' K T of many sets of held unknowns. Set is_multigrid, call factor, then
+  !> the solve procedures, then destroy.
   type :: linear_solver_t
     !> whether conjugate gradients with multigrid solve, and not a factorization
     logical :: is_multigrid = .false.
