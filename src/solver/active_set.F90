@@ -288,6 +288,8 @@ contains
       n_changed = count(step%wanted .neqv. state%is_active)
       if (step%is_accurate .or. (n_changed > 0 .and. n_changed < self%n_changed .and. state%n_iterations < usual_steps)) exit
       self%level = self%level + 1
+      ! what coarser solutions changed says nothing any more
+      self%n_changed = huge(self%n_changed)
     end do
     if (self%linear_solver%reason /= reason_converged) self%displacement = 0
   end subroutine improve_in_levels
