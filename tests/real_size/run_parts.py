@@ -4,7 +4,7 @@
 
     build/venv/bin/python tests/real_size/run_parts.py                    # all parts, an hour on two cores
     build/venv/bin/python tests/real_size/run_parts.py lug roller --ranks 2 --folder /tmp/parts
-    build/venv/bin/python tests/real_size/run_parts.py lug --edge 0.12    # 295 000 dofs
+    build/venv/bin/python tests/real_size/run_parts.py lug --edge 0.2    # a finer mesh
 
 Meshes a part, then: check, run, predict --fields, solve at a point that no model has seen, report; derivatives beside
 central differences of full-order solutions; forces of contacts and supports beside those of the loads; fields.xdmf read
