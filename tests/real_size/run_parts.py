@@ -251,10 +251,10 @@ def check_view(checks, folder):
 def make_model(checks, stages, name, command, edge):
     """Mesh, check and run; whether there is a model."""
     deck, results = f"{name}.yaml", stages.folder / "results" / name
-    mesh = ["gmsh", f"-{DIMENSION[name]}", *f"-v 2 -format msh41 {name}.geo -o {name}.msh".split()]
     if edge:
-        mesh += ["-setnumber", "h", str(edge)]
-    stages("mesh", mesh)
+        geo = stages.folder / f"{name}.geo"
+        geo.write_text(re.sub(r"(?m)^h = DefineNumber\[[^,]*", f"h = DefineNumber[{edge!r}", geo.read_text()))
+    stages("mesh", ["gmsh", f"-{DIMENSION[name]}", *f"-v 2 -format msh41 {name}.geo -o {name}.msh".split()])
     _, told = stages("check", [*command, "check", deck])
     code, text = stages("run", [*command, "run", deck])
     print(f"\n## {name}\n")
