@@ -350,11 +350,9 @@ contains
     held = 0
     held(step%dofs) = step%values(step%dofs)
     call self%form%to_displacement(system, held, step%is_changed)
-    PetscCall(system%apply_stiffness(held, forces, ierr))
-    forces = step%forces - forces
-    call self%form%to_forces_on_unknowns(system, forces, step%is_changed)
+    PetscCall(find_residual(self, system, step%forces, held, step%is_changed, forces, ierr))
     forces(step%dofs) = 0
-    PetscCall(system%put(forces, self%rhs, ierr))
+    PetscCall(system%put(-forces, self%rhs, ierr))
     if (self%linear_solver%ksp == 0) return
     PetscCall(self%form%create_transformation(system, step%is_changed, .false., transformation, ierr))
     PetscCall(self%form%create_transformation(system, step%is_changed, .true., inverse, ierr))
@@ -375,20 +373,39 @@ contains
     type(contact_state_t), intent(inout) :: state
     type(step_t), intent(inout) :: step
     PetscErrorCode, intent(out) :: ierr
+    logical :: all_rows(system%rows%n_rows)
 
     PetscCall(find_displacement(self, system, tolerance, step, ierr))
     step%is_accurate = tolerance <= 0
     state%n_linear_iterations = state%n_linear_iterations + self%linear_solver%n_iterations
     step%unknowns = self%displacement
     call self%form%to_unknowns(system, step%unknowns)
-    PetscCall(system%apply_stiffness(self%displacement, step%residual, ierr))
-    step%residual = step%residual - step%forces
-    call self%form%to_forces_on_unknowns(system, step%residual)
+    all_rows = .true.
+    PetscCall(find_residual(self, system, step%forces, self%displacement, all_rows, step%residual, ierr))
     step%multipliers = self%form%multipliers(step%residual)
     step%opening = self%form%bounds(system, step%theta) - step%unknowns(self%form%bounded_dofs)
     step%wanted = next_active_set(state%is_active, step%multipliers, -step%opening, maxval(abs(step%unknowns)), noise)
     call keep_idle_holds(system, state%is_active, step)
   end subroutine improve
+
+  !> Computes T' (K u - F), what a displacement leaves of the balance of forces on the unknowns. Collective.
+  subroutine find_residual(self, system, loads, displacement, is_changed, residual, ierr)
+    class(active_set_t), intent(in) :: self
+    type(contact_system_t), intent(inout) :: system
+    !> [force] F, natural, shape (n_dofs)
+    real(rk), intent(in) :: loads(:)
+    !> [length] u, same shape
+    real(rk), intent(in) :: displacement(:)
+    !> rows in T, shape (n_rows)
+    logical, intent(in) :: is_changed(:)
+    !> [force] natural, shape (n_dofs)
+    real(rk), intent(out) :: residual(:)
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(system%apply_stiffness(displacement, residual, ierr))
+    residual = residual - loads
+    call self%form%to_forces_on_unknowns(system, residual, is_changed)
+  end subroutine find_residual
 
   !> Solves the linear system of a step, and sets self%displacement. Collective.
   subroutine find_displacement(self, system, tolerance, step, ierr)

@@ -117,8 +117,7 @@ contains
     PetscCall(self%destroy(ierr))
     ierr = sig_linear_solver_create(matrix%v, prefix // c_null_char, merge(kind_multigrid, kind_cholesky, self%is_multigrid), &
       self%ksp, reason, message)
-    call set_reason(self, reason)
-    if (self%reason == reason_linear_solver) call log_warning('the linear solver (' // prefix // '): ' // from_c(message))
+    call take_result(self, reason, 'the linear solver (' // prefix // ')', from_c(message))
   end subroutine factor
 
   !> Makes a solver with multigrid for K solve from here on for unknowns x, u = T x, some of which are held: call hold_unknowns,
@@ -139,8 +138,7 @@ contains
     PetscCall(system%put(merge(1.0_rk, 0.0_rk, system%boundary%is_prescribed), mark, ierr))
     ierr = sig_linear_solver_change_unknowns(self%ksp, transformation%v, inverse%v, mark%v, reason, message)
     CHKERRQ(ierr)
-    call set_reason(self, reason)
-    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
+    call take_result(self, reason, 'the linear solver', from_c(message))
     PetscCall(VecDestroy(mark, ierr))
   end subroutine change_unknowns
 
@@ -165,8 +163,7 @@ contains
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, free_unknowns, ierr))
     PetscCall(system%put(merge(0.0_rk, 1.0_rk, is_held), free_unknowns, ierr))
     ierr = sig_linear_solver_hold(self%ksp, transformation%v, inverse%v, free_unknowns%v, reason, message)
-    call set_reason(self, reason)
-    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
+    call take_result(self, reason, 'the linear solver', from_c(message))
     PetscCall(VecDestroy(free_unknowns, ierr))
   end subroutine hold_unknowns
 
@@ -179,8 +176,7 @@ contains
     integer(c_int) :: reason
 
     ierr = sig_linear_solver_factor_again(self%ksp, reason, message)
-    call set_reason(self, reason)
-    if (self%reason == reason_linear_solver) call log_warning('the linear solver: ' // from_c(message))
+    call take_result(self, reason, 'the linear solver', from_c(message))
   end subroutine factor_again
 
   !> Estimates how many solves take as long as one factorization, at most 1000; 0 if MUMPS has not factored the matrix. Requires:
@@ -202,6 +198,19 @@ contains
 
     ierr = sig_linear_solver_keep_factor(self%ksp, max_iterations)
   end subroutine keep_factor
+
+  !> Sets the reason, and warns of a failure.
+  subroutine take_result(self, reason, name, message)
+    class(linear_solver_t), intent(inout) :: self
+    !> one of SIG_LINEAR_* of linear_solver.h
+    integer(c_int), intent(in) :: reason
+    !> who failed
+    character(*), intent(in) :: name
+    character(*), intent(in) :: message
+
+    call set_reason(self, reason)
+    if (self%reason == reason_linear_solver) call log_warning(name // ': ' // message)
+  end subroutine take_result
 
   subroutine set_reason(self, reason)
     class(linear_solver_t), intent(inout) :: self
