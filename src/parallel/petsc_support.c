@@ -39,23 +39,12 @@ static PetscErrorCode share_ends(void) {
   return 0;
 }
 
-// P'AP by way of AP takes half the time of PETSc's default for matrices of one process. Those of several ranks have other
-// ways, with other names.
-static PetscErrorCode choose_products(void) {
-  int n_ranks;
-
-  PetscCallMPI(MPI_Comm_size(PETSC_COMM_WORLD, &n_ranks));
-  if (n_ranks == 1) PetscCall(PetscOptionsSetValue(NULL, "-matptap_via", "rap"));
-  return 0;
-}
-
 int sig_petsc_start(void) {
   spare_lone_process();
   // After an interrupt PETSc's signal handlers would print a stack trace; without them the program finishes its point.
   PetscCall(PetscOptionsSetValue(NULL, "-no_signal_handler", "true"));
   PetscCall(SlepcInitializeNoArguments());
   PetscCall(PetscInitializeFortran());
-  PetscCall(choose_products());
   PetscCall(share_ends());
   return 0;
 }
