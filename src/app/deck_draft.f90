@@ -10,10 +10,10 @@ module sig_deck_draft
   use sig_mesh, only: group_t, mesh_t
   use sig_region_cover, only: choose_regions, find_shared_nodes, shared_nodes_t
   use sig_surface_geometry, only: direction_text
-  use sig_text, only: counted, join, short_number, to_text
+  use sig_text, only: counted, join, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: draft_deck
+  public :: draft_deck, drafted_model
 
   character(*), parameter :: axis_names = 'xyz'
   character(1), parameter :: nl = new_line('a')
@@ -24,7 +24,7 @@ module sig_deck_draft
 contains
 
   !> Returns the text of a first deck, with comments that say what to do.
-  function draft_deck(mesh, mesh_file, deck_file, pairs) result(text)
+  function draft_deck(mesh, mesh_file, deck_file, pairs, why_not) result(text)
     type(mesh_t), intent(in) :: mesh
     !> path of the mesh as the deck shall name it
     character(*), intent(in) :: mesh_file
@@ -32,6 +32,8 @@ contains
     character(*), intent(in) :: deck_file
     !> pairs of mesh groups that may be in contact
     type(facing_groups_t), intent(in) :: pairs(:)
+    !> why a pair can be no contact of the deck, of try_contacts
+    type(string_t), intent(in) :: why_not(:)
     character(:), allocatable :: text
 
     text = '# Made by `signorom init`. Replace every ' // placeholder // ', then ask: signorom check ' // deck_file // &
@@ -41,7 +43,8 @@ contains
       '# What varies and between which bounds; expressions below may use these names.' // nl // &
       'parameters:' // nl // &
       '  P: {min: ' // placeholder // ', max: ' // placeholder // ', unit: ' // trim(merge('Pa ', 'MPa', is_in_m(mesh))) // &
-      '}' // nl // nl // material_section(mesh) // nl // boundary_section(mesh) // nl // contact_section(mesh, pairs) // nl // &
+      '}' // nl // nl // material_section(mesh) // nl // boundary_section(mesh) // nl // &
+      contact_section(mesh, pairs, why_not) // nl // &
       '# Points where the full-order problem is solved to train the model, and others to judge it.' // nl // &
       'training: {sobol: 100}' // nl // 'test: {sobol: 50, seed: 1}' // nl // &
       '# Points with fields for ParaView: output: {points: [{P: 10}]}' // nl
@@ -86,9 +89,16 @@ contains
     if (mesh%n_dim == 2) then
       text = text // '# The model: plane_strain, plane_stress, or axisymmetric, where x of the mesh is the radius.' // nl
     end if
-    text = text // 'mesh: {file: ' // yaml_text(mesh_file) // ', model: ' // &
-      trim(merge('plane_strain', 'solid       ', mesh%n_dim == 2)) // '}' // nl
+    text = text // 'mesh: {file: ' // yaml_text(mesh_file) // ', model: ' // drafted_model(mesh) // '}' // nl
   end function mesh_section
+
+  !> Returns the mechanical model of the deck.
+  pure function drafted_model(mesh) result(name)
+    type(mesh_t), intent(in) :: mesh
+    character(:), allocatable :: name
+
+    name = trim(merge('plane_strain', 'solid       ', mesh%n_dim == 2))
+  end function drafted_model
 
   !> Returns a comment about each pair of regions that share nodes, with a line end: they are one body, also where they only touch
   !> in a line.
@@ -232,36 +242,53 @@ contains
     end do
   end function held_components
 
-  function contact_section(mesh, pairs) result(text)
+  !> Returns the section contact: the pairs that can be contacts, or a place to fill in; then, as comments, the pairs that cannot,
+  !> with the reason.
+  function contact_section(mesh, pairs, why_not) result(text)
     type(mesh_t), intent(in) :: mesh
     type(facing_groups_t), intent(in) :: pairs(:)
+    type(string_t), intent(in) :: why_not(:)
     character(:), allocatable :: text
     integer, allocatable :: body_of_node(:)
+    logical :: is_kept(size(pairs))
     integer :: i, n_bodies
 
     call find_bodies(mesh, body_of_node, n_bodies)
     if (n_bodies == 1) then
       text = '# A single body can touch a rigid obstacle: name its surface, a point of the plane, and the normal out of the ' // &
         'obstacle.' // nl // '# A sphere: {type: sphere, center: [...], radius: ...}, and direction: [...] from the surface ' // &
-        'to it. Expressions may move both.' // nl // 'contact:' // nl // '  - {first: ' // placeholder // &
+        'to it. Expressions may move both. If nothing touches the body, delete this section.' // nl // &
+        'contact:' // nl // '  - {first: ' // placeholder // &
         ', obstacle: {type: half_space, point: [' // listed(mesh%n_dim) // '], normal: [' // listed(mesh%n_dim) // ']}}' // nl
       return
     end if
-    if (size(pairs) == 0) then
-      text = '# No two surfaces of different bodies face each other: name those that may touch.' // nl // 'contact:' // nl // &
+    is_kept = [(len(why_not(i)%text) == 0, i=1, size(pairs))]
+    if (any(is_kept)) then
+      text = '# Guessed from the mesh: surfaces of different bodies that face each other. Delete what cannot touch.' // nl // &
+        'contact:' // nl
+    else
+      text = '# No two surfaces of different bodies face each other: name those that may touch, or delete this section.' // nl // &
+        'contact:' // nl // &
         '  - {first: ' // placeholder // ', second: ' // placeholder // '}' // nl
-      return
     end if
-    text = '# Guessed from the mesh: surfaces of different bodies that face each other. Delete what cannot touch.' // nl // &
-      'contact:' // nl
     do i = 1, size(pairs)
-      associate (pair => pairs(i), groups => mesh%groups)
-        text = text // '  - {first: ' // yaml_text(groups(pair%first)%name) // ', second: ' // &
-          yaml_text(groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}  # ' // &
-          to_text(nint(100 * pair%share)) // ' % of the first surface faces the second' // gap_of(pair) // nl
-      end associate
+      if (is_kept(i)) text = text // '  - ' // entry_of(mesh, pairs(i)) // '  # ' // to_text(nint(100 * pairs(i)%share)) // &
+        ' % of the first surface faces the second' // gap_of(pairs(i)) // nl
+    end do
+    do i = 1, size(pairs)
+      if (.not. is_kept(i)) text = text // '# Left out: ' // entry_of(mesh, pairs(i)) // ': ' // why_not(i)%text // nl
     end do
   end function contact_section
+
+  !> Returns a pair as an entry of a deck.
+  function entry_of(mesh, pair) result(text)
+    type(mesh_t), intent(in) :: mesh
+    type(facing_groups_t), intent(in) :: pair
+    character(:), allocatable :: text
+
+    text = '{first: ' // yaml_text(mesh%groups(pair%first)%name) // ', second: ' // &
+      yaml_text(mesh%groups(pair%second)%name) // direction_of(pair, mesh%n_dim) // '}'
+  end function entry_of
 
   !> Returns n places to fill in, with commas between them.
   pure function listed(n) result(text)

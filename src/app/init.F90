@@ -4,18 +4,19 @@
 module sig_init
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
-  use sig_deck_draft, only: draft_deck
+  use sig_deck_draft, only: draft_deck, drafted_model
   use sig_deck_unfilled, only: placeholder
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_success, make_error
   use sig_facing_groups, only: facing_groups_t, find_facing_groups
   use sig_file_system, only: base_name, file_exists, write_text_file
+  use sig_guessed_contacts, only: try_contacts
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info
   use sig_mesh, only: mesh_t
   use sig_mesh_read, only: read_mesh
   use sig_region_cover, only: choose_regions, find_shared_nodes, shared_nodes_t
-  use sig_text, only: counted
+  use sig_text, only: counted, string_t
   use petsc
   implicit none(type, external)
   private
@@ -52,6 +53,7 @@ contains
     type(mesh_t) :: mesh
     type(facing_groups_t), allocatable :: pairs(:)
     type(shared_nodes_t), allocatable :: shared(:)
+    type(string_t), allocatable :: why_not(:)
     integer, allocatable :: regions(:)
     integer :: i
 
@@ -64,10 +66,12 @@ contains
     call read_mesh(mesh_path, 0, 1.0_rk, mesh, error)
     if (allocated(error)) return
     call find_facing_groups(mesh, pairs)
-    call write_text_file(deck_path, draft_deck(mesh, mesh_file, deck_path, pairs), error)
+    call try_contacts(mesh, drafted_model(mesh), pairs, why_not)
+    call write_text_file(deck_path, draft_deck(mesh, mesh_file, deck_path, pairs, why_not), error)
     if (allocated(error)) return
     regions = choose_regions(mesh)
-    call log_info(deck_path // ': ' // counted(size(regions), 'region') // ', ' // counted(size(pairs), 'contact') // &
+    call log_info(deck_path // ': ' // counted(size(regions), 'region') // ', ' // &
+      counted(count([(len(why_not(i)%text) == 0, i=1, size(pairs))]), 'contact') // &
       ' guessed. Replace every ' // placeholder // ' and ask: signorom check ' // deck_path)
     do i = 1, size(mesh%notes)
       call log_info('note: ' // mesh%notes(i)%text)

@@ -14,6 +14,16 @@
 /* How gmsh writes a file in a format that we read. */
 #define WRITE_ANEW "write the mesh in format 4.1: gmsh part.msh -save -format msh41 -o new.msh"
 
+/* Reads the integer 1 of a binary file, and so finds the byte order of its numbers. */
+static bool scan_byte_order(sig_scanner *s) {
+  int64_t one;
+  if (!sig_scan_int(s, &one)) return false;
+  s->is_swapped = one == 0x01000000;
+  if (one != 1 && !s->is_swapped)
+    return sig_scan_fail(s, s->at - 4, "$MeshFormat lacks the 1 that tells the byte order");
+  return true;
+}
+
 /* Reads $MeshFormat: version, file type, size of size_t. In a binary file the integer 1 follows, which shows the byte
  * order. */
 static bool scan_format(sig_gmsh *mesh) {
@@ -30,16 +40,14 @@ static bool scan_format(sig_gmsh *mesh) {
   if (is_binary != 0 && is_binary != 1)
     return sig_scan_fail(s, at, "the file type in $MeshFormat must be 0 (text) or 1 (binary)");
   if (is_binary == 0) return true;
-  if (data_size != 8)
-    return sig_scan_fail(s, at, "the data size in $MeshFormat is %lld; binary files need 8", (long long)data_size);
+  /* the size of a real number before format 4.1, which is 8 on all machines */
+  if (data_size != 8 && (data_size != 4 || mesh->version != 41))
+    return sig_scan_fail(s, at, "the data size in $MeshFormat is %lld; binary files need 8 (4.1: 8 or 4)",
+                         (long long)data_size);
+  s->has_short_sizes = data_size == 4;
   sig_scan_skip_line(s);
   s->is_binary = true;
-  int64_t one;
-  if (!sig_scan_int(s, &one)) return false;
-  if (one == 0x01000000)
-    return sig_scan_fail(s, s->at - 4, "the file was written on a machine of the other byte order");
-  if (one != 1) return sig_scan_fail(s, s->at - 4, "$MeshFormat lacks the 1 that tells the byte order");
-  return true;
+  return scan_byte_order(s);
 }
 
 /* Skips a section that we do not need, whatever bytes it has, up to its end mark. */

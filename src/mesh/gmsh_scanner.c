@@ -88,9 +88,11 @@ bool sig_scan_word_int(sig_scanner *scanner, int64_t *value) { return scan_int_u
 
 bool sig_scan_quoted_int(sig_scanner *scanner, int64_t *value) { return scan_int_until(scanner, '"', value); }
 
+/* Copies the bytes of a number, in the order of this machine. */
 static bool scan_bytes(sig_scanner *scanner, void *value, size_t n) {
   if (scanner->size - scanner->at < n) return fail_truncated(scanner);
-  memcpy(value, scanner->bytes + scanner->at, n);
+  const char *bytes = scanner->bytes + scanner->at;
+  for (size_t i = 0; i < n; i++) ((char *)value)[i] = bytes[scanner->is_swapped ? n - 1 - i : i];
   scanner->at += n;
   return true;
 }
@@ -105,6 +107,7 @@ bool sig_scan_int(sig_scanner *scanner, int64_t *value) {
 
 bool sig_scan_size(sig_scanner *scanner, int64_t *value) {
   if (!scanner->is_binary) return sig_scan_word_int(scanner, value);
+  if (scanner->has_short_sizes) return sig_scan_int(scanner, value);
   return scan_bytes(scanner, value, sizeof *value);
 }
 

@@ -13,9 +13,11 @@
 typedef struct {
   const char *bytes; /* the file's bytes; behind them stands a null, which `size` does not count */
   size_t size;
-  size_t at;           /* next byte to read */
-  bool is_binary;      /* the data between the section marks is binary */
-  const char *section; /* for messages; static text or owned by the caller */
+  size_t at;            /* next byte to read */
+  bool is_binary;       /* the data between the section marks is binary */
+  bool is_swapped;      /* binary numbers have the byte order that this machine has not */
+  bool has_short_sizes; /* a binary size has 4 bytes: a 32-bit machine wrote the file */
+  const char *section;  /* for messages; static text or owned by the caller */
   char message[SIG_GMSH_MESSAGE_SIZE];
   int line; /* line of the failure in a text file; 0 in a binary file, and for a failure without a place */
   bool is_out_of_memory;
@@ -27,7 +29,7 @@ typedef struct {
 /* Records a failure at byte `at`, unless there is one already, and returns false. */
 bool sig_scan_fail(sig_scanner *scanner, size_t at, const char *format, ...);
 
-/* Read a whole number: 4 bytes (int) or 8 bytes (size) in a binary file, a word in a text file. */
+/* Read a whole number: 4 bytes (int), or 8 or 4 bytes (size) in a binary file, a word in a text file. */
 bool sig_scan_int(sig_scanner *scanner, int64_t *value);
 bool sig_scan_size(sig_scanner *scanner, int64_t *value);
 

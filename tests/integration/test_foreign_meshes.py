@@ -82,6 +82,22 @@ def test_every_format(signorom, tmp_path, version, is_binary, grouping):
             assert boxes[name] == pytest.approx(box, abs=1e-3)
 
 
+@pytest.mark.parametrize("version", ["2.0", "2.2", "4.0", "4.1"])
+def test_other_machines(signorom, tmp_path, version):
+    """Numbers with the other byte order; in 4.1, sizes of 4 bytes, too: the same deck, mark by mark."""
+    mesh = stacked_blocks("H8", 3)
+    write_as(mesh, tmp_path / "part.msh", version, True)
+    signorom("init", "part.msh", folder=tmp_path)
+    expected = (tmp_path / "part.yaml").read_text()
+    for order, size in [(">", "Q"), ("<", "I"), (">", "I")]:
+        if size == "I" and version != "4.1":
+            continue
+        write_as(mesh, tmp_path / "part.msh", version, True, order=order, size=size)
+        (tmp_path / "part.yaml").unlink()
+        signorom("init", "part.msh", folder=tmp_path)
+        assert (tmp_path / "part.yaml").read_text() == expected
+
+
 DECK = """title: Two blocks
 mesh: {{file: part.msh, model: plane_strain, length_unit: m}}
 parameters: {{stroke: {{min: 0.0, max: 0.1, unit: m}}}}

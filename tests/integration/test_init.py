@@ -228,6 +228,47 @@ def test_curved_on_flat_takes_the_normal_of_the_flat_surface(signorom, tmp_path)
     assert "'face' is flat and 'rim' is not: direction: [0.0, -1.0]" in done.stdout + done.stderr
 
 
+BESIDE = """SetFactory("OpenCASCADE");
+Rectangle(1) = {0, 0, 0, 2, 2};
+Rectangle(2) = {5, 3, 0, 100, 2};
+Rectangle(3) = {0, -2.01, 0, 4, 2};
+Physical Surface("pin") = {1};
+Physical Surface("plate") = {2};
+Physical Surface("base") = {3};
+Physical Curve("skin") = {1, 3};
+Physical Curve("face") = {5};
+Physical Curve("top") = {11};
+Physical Curve("bottom") = {9};
+Physical Curve("end") = {6};
+Mesh.MeshSizeMax = 1;
+"""
+
+
+def test_what_cannot_be_a_contact_is_left_out(signorom, tmp_path):
+    """A plate beside a pin is near, and its normals are opposite, but it faces nothing: `check` would refuse it."""
+    (tmp_path / "part.geo").write_text(BESIDE)
+    make_mesh(tmp_path / "part.geo", tmp_path / "part.msh")
+    said = signorom("init", "part.msh", folder=tmp_path)
+    assert "1 contact guessed" in said
+    deck = tmp_path / "part.yaml"
+    (entry,) = yaml.safe_load(deck.read_text())["contact"]
+    assert {entry["first"], entry["second"]} == {"skin", "top"}
+    assert re.search(
+        r"(?m)^# Left out: .first: skin, second: face.: .* no part of the first faces the second$",
+        deck.read_text(),
+    )
+    fill(deck, "P", min="1", max="9")
+    for region in ("pin", "plate", "base"):
+        fill(deck, region, young_modulus="70e3", poisson_ratio="0.3")
+    lines = deck.read_text().replace("boundary: FILL_IN, pressure", "boundary: end, pressure").splitlines()
+    lines = [line for line in lines if "of the body pin" not in line]
+    text = "\n".join(lines)
+    for boundary in ("face", "bottom"):
+        text = text.replace("boundary: FILL_IN", f"boundary: {boundary}", 1)
+    deck.write_text(text)
+    signorom("check", deck, folder=tmp_path)
+
+
 @pytest.mark.parametrize("n_dim", [2, 3])
 def test_filled_in_deck_runs(signorom, tmp_path, n_dim):
     """From a mesh to a judged model in five answers, on two ranks."""

@@ -12,9 +12,10 @@ FORMATS = [(version, binary) for version in ("2.0", "2.1", "2.2", "4.0", "4.1") 
 class Stream:
     """Collects numbers as text or as bytes."""
 
-    def __init__(self, is_binary):
-        """Begins without content."""
+    def __init__(self, is_binary, order="<", size="Q"):
+        """Begins without content; byte order and kind of a size as `struct` names them."""
         self.is_binary, self.content = is_binary, b""
+        self.order, self.size = order, size
 
     def line(self, text):
         """Adds a line that is text in both kinds of files."""
@@ -23,7 +24,7 @@ class Stream:
     def put(self, kinds, *values):
         """Adds numbers; `kinds` has a letter for each: i int, n size_t, d double."""
         if self.is_binary:
-            self.content += struct.pack(f"<{kinds.replace('n', 'Q')}", *values)
+            self.content += struct.pack(self.order + kinds.replace("n", self.size), *values)
         else:
             self.line(" ".join(repr(value) for value in values))
 
@@ -37,15 +38,16 @@ def groups_of(mesh):
     return sorted({(DIMENSIONS[kind], name) for kind, name, _ in mesh.elements})
 
 
-def write_as(mesh, path, version, is_binary=False, grouping="named"):
+def write_as(mesh, path, version, is_binary=False, grouping="named", order="<", size="Q"):
     """Writes a mesh of block_meshes as gmsh's format `version`.
 
     `grouping`: `named`; `numbered`, physical groups without names; `none`, without physical groups. An entity has the
-    number of its group plus 100. Node i (from 0) has the number 3 i + 2, so that there are holes.
+    number of its group plus 100. Node i (from 0) has the number 3 i + 2, so that there are holes. Binary files have the
+    byte order `order` and sizes of the kind `size`: "Q", or "I" as 32-bit machines write format 4.1.
     """
-    out = Stream(is_binary)
+    out = Stream(is_binary, order, size)
     out.line("$MeshFormat")
-    out.line(f"{version} {int(is_binary)} 8")
+    out.line(f"{version} {int(is_binary)} {struct.calcsize(size)}")
     if is_binary:
         out.put("i", 1)
     out.end("MeshFormat")

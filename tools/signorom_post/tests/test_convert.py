@@ -261,6 +261,9 @@ BAD = {
     "part.med": {"text": (b"squeeze: 0.2\n", "this is not a MED file")},
     "part.vtu": {"text": (b"squeeze: 0.2\n", "meshio cannot read it as VTK")},
     "part.mesh": {"text": (b"squeeze: 0.2\n", "meshio cannot read it as Medit")},
+    "part.msh": {
+        "format 1.0": (b"$NOD\n1\n1 0 0 0\n$ENDNOD\n", "let gmsh write it in format 4.1 first: gmsh")
+    },
 }
 BAD_FILES = [(name, what) for name, cases in BAD.items() for what in cases]
 
@@ -269,7 +272,7 @@ BAD_FILES = [(name, what) for name, cases in BAD.items() for what in cases]
 def test_bad_files(name: str, what: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     data, words = BAD[name][what]
     (tmp_path / name).write_bytes(data)
-    assert main(["convert", str(tmp_path / name)]) == 2
+    assert main(["convert", str(tmp_path / name), "-o", str(tmp_path / "made.msh")]) == 2
     said = capsys.readouterr().err
     assert said.startswith(str(tmp_path / name))
     assert words in said

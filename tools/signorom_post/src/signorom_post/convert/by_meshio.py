@@ -34,6 +34,10 @@ SUFFIXES = {
     ".f3grid": "FLAC3D",
     ".post": "PERMAS",
 }
+#: suffix -> what helps where meshio fails; it lacks some of gmsh's formats that signorom reads
+OTHERWISE = {
+    ".msh": "; let gmsh write it in format 4.1 first: gmsh part.msh -save -save_all -format msh41 -o new.msh"
+}
 #: names of meshio -> kinds
 KINDS = {
     "vertex": "point",
@@ -92,7 +96,9 @@ def _meshio_mesh(path: Path) -> Any:
     except (SystemExit, Exception) as error:  # meshio raises all kinds, and exits where a reader gives up
         words = " ".join(f"{said.getvalue()} {error}".split())
         reason = f" ({words[:200]})" if words and not isinstance(error, SystemExit) else ""
-        raise InputError(path, f"meshio cannot read it as {SUFFIXES[path.suffix.lower()]}{reason}") from error
+        suffix = path.suffix.lower()
+        sentence = f"meshio cannot read it as {SUFFIXES[suffix]}{reason}{OTHERWISE.get(suffix, '')}"
+        raise InputError(path, sentence) from error
 
 
 def _add_elements(mesh: Any, source: Source) -> list[int | None]:
