@@ -113,7 +113,7 @@ contains
     do i = 1, size(config%imposed_strains)
       yaml = yaml // '  - ' // strain_entry(config%imposed_strains(i), mechanical_model(config%mesh%model)) // eol
     end do
-    yaml = yaml // 'contact:' // eol
+    if (size(config%contact) > 0) yaml = yaml // 'contact:' // eol
     do i = 1, size(config%contact)
       yaml = yaml // '  - ' // contact_entry(config%contact(i)) // eol
     end do

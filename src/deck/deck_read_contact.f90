@@ -17,8 +17,8 @@ module sig_deck_read_contact
 
 contains
 
-  !> Reads the section contact, one element of `contact` per entry. Errors: no entry (`contact` is then empty), an unknown key, a
-  !> value that is missing or faulty (a harmless value stands in its place).
+  !> Reads the section contact, one element of `contact` per entry; none without the section. Errors: an unknown key, a value that
+  !> is missing or faulty (a harmless value stands in its place).
   subroutine read_contact(tree, contact)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
@@ -27,7 +27,7 @@ contains
     integer, allocatable :: nodes(:)
     integer :: i
 
-    call get_list_entries(tree, root_node, 'contact', .true., .false., nodes)
+    call get_list_entries(tree, root_node, 'contact', .false., .true., nodes)
     allocate (contact(size(nodes)))
     do i = 1, size(nodes)
       contact(i)%first%text = ''

@@ -182,6 +182,8 @@ contains
     if (allocated(error)) return
     PetscCall(measure_problem(problem, comm, ierr))
     problem%notes = problem%mesh%notes
+    if (size(problem%deck%contact) == 0) call append_text(problem%notes, 'the deck has no contact, so that nothing touches: ' // &
+      'displacements and stresses are those of linear elasticity')
     do i = 1, size(body_notes)
       call append_text(problem%notes, body_notes(i)%text)
     end do

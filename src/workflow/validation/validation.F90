@@ -57,6 +57,8 @@ module sig_validation
     !> whether the model gives the displacements of all dofs, and whether it keeps the data for fields (reduction.fields)
     logical :: has_displacements = .false.
     logical :: has_fields = .false.
+    !> false if the deck has no contact
+    logical :: has_contact = .true.
     !> cluster that the model chooses; this array and all arrays below have shape (n_points)
     integer, allocatable :: cluster(:)
     !> active pairs in the reduced domain of the model, and all active pairs of the full-order solution
@@ -114,6 +116,7 @@ contains
     outcome%model_kind = model%parts(1)%reduced%kind()
     outcome%has_displacements = gives_displacements(model)
     outcome%has_fields = model%fields%is_there()
+    outcome%has_contact = size(problem%deck%contact) > 0
     online%model = model
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)

@@ -27,7 +27,8 @@ module sig_verdict
 
   !> Whether a validated model is good enough.
   type :: verdict_t
-    !> p95 of e_lambda_all is at most validation.accept, some test point has a contact force, and no body rotates or deforms too far
+    !> p95 of e_lambda_all is at most validation.accept, some test point has a contact force or the deck no contact, and no body
+    !> rotates or deforms too far
     type(judgment_t) :: forces
     !> p95 of e_u_energy_relative and of e_von_mises_largest are at most validation.accept_fields
     type(judgment_t) :: fields
@@ -66,7 +67,8 @@ contains
   end function judge_validation
 
   !> Judges the contact forces: they are accepted if p95 of e_lambda_all, as counted_errors counts it, is at most the limit, some
-  !> full-order solution has a contact force, and none rotates or deforms a body too far for linear equations (motion_warning).
+  !> full-order solution has a contact force or the deck has no contact, and none rotates or deforms a body too far for linear
+  !> equations (motion_warning).
   !> Points without a full-order solution do not count; if no point counts, p95 is NaN and the forces are not accepted.
   pure subroutine judge_forces(outcome, limit, judgment)
     type(validation_t), intent(in) :: outcome
@@ -78,11 +80,12 @@ contains
 
     p95 = p95_of('e_lambda_all', outcome)
     objection = motion_warning(outcome%rotation, outcome%deformation)
-    if (.not. any(outcome%n_active_full_order > 0 .and. outcome%reason_full_order > 0)) objection = 'no test point has a ' // &
-      'contact force, so those of the model were not tested; choose test points at which contacts close (test)'
+    if (outcome%has_contact .and. .not. any(outcome%n_active_full_order > 0 .and. outcome%reason_full_order > 0)) objection = &
+      'no test point has a contact force, so those of the model were not tested; choose test points at which contacts close (test)'
     judgment%is_accepted = p95 <= limit .and. objection == ''
     judgment%sentence = 'p95 of e_lambda_all is ' // short_number(p95) // ', the limit is ' // short_number(limit) // &
       ' (validation.accept)'
+    if (.not. outcome%has_contact) judgment%sentence = 'the deck has no contact, and so no contact forces'
     if (judgment%is_accepted) then
       judgment%sentence = 'accepted: ' // judgment%sentence
     else if (p95 <= limit) then
