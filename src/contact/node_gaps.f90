@@ -9,7 +9,8 @@ module sig_node_gaps
   use sig_facet_shapes, only: create_shapes, facet_shape_t
   use sig_kinds, only: rk
   use sig_mortar_sides, only: mortar_side_t
-  use sig_smooth_surfaces, only: bulge_along
+  use sig_rounding, only: rounding
+  use sig_smooth_surfaces, only: bulge_at
   implicit none(type, external)
   private
   public :: find_node_gaps
@@ -54,7 +55,8 @@ contains
     is_met = abs(gaps) <= limit
   end subroutine find_node_gaps
 
-  !> Finds where the line through a point along a normal meets a facet.
+  !> Finds where the line through a point along a normal meets a facet or, of a linear one, the smooth surface over it: the place of
+  !> the facet over which the line meets the surface, in a few rounds, because the surface stands out by little.
   pure subroutine meet_facet(shapes, point, normal, side, i_facet, gap, is_hit)
     !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
@@ -65,16 +67,25 @@ contains
     !> [length] from the point to the surface along the normal; of no use without is_hit
     real(rk), intent(out) :: gap
     logical, intent(out) :: is_hit
-    real(rk) :: axes(size(point) - 1, size(point)), place(size(point) - 1)
+    integer, parameter :: most_rounds = 20
+    real(rk) :: axes(size(point) - 1, size(point)), place(size(point) - 1), bulge, bulge_before
+    integer :: i_round
 
     axes = axes_across(normal)
     gap = 0
-    associate (shape => shapes(side%types(i_facet)), from => side%offsets(i_facet) + 1, to => side%offsets(i_facet + 1))
+    bulge = 0
+    associate (shape => shapes(side%types(i_facet)), outward => side%outward(:, i_facet), from => side%offsets(i_facet) + 1, &
+      to => side%offsets(i_facet + 1))
       associate (vertices => side%vertices(:, from:to) - spread(point, 2, to - from + 1))
-        call shape%find_place(matmul(axes, vertices), spread(0.0_rk, 1, size(place)), place, is_hit)
-        if (is_hit) is_hit = is_inside(shape%i_type, place)
-        if (is_hit) gap = dot_product(normal, matmul(vertices, shape%values(place))) - &
-          bulge_along(shapes, side, i_facet, place, normal)
+        do i_round = 1, most_rounds
+          call shape%find_place(matmul(axes, vertices), -bulge * matmul(axes, outward), place, is_hit)
+          if (.not. is_hit) return
+          bulge_before = bulge
+          bulge = bulge_at(shapes, side, i_facet, place)
+          if (abs(bulge - bulge_before) <= rounding * abs(bulge)) exit
+        end do
+        is_hit = i_round <= most_rounds .and. is_inside(shape%i_type, place)
+        if (is_hit) gap = dot_product(normal, matmul(vertices, shape%values(place)) + bulge * outward)
       end associate
     end associate
   end subroutine meet_facet

@@ -27,8 +27,8 @@ contains
     bulge = bulge_at(shapes, side, i_facet, place) / max(least_cosine, -dot_product(direction, side%outward(:, i_facet)))
   end function bulge_along
 
-  !> Returns how far [length] the surface stands out from a linear facet, by the functions of a quadratic facet's mid-side nodes; 0
-  !> for a facet that is quadratic itself.
+  !> Returns how far [length] the surface stands out from a linear facet: in the plane an arc of a circle, in space by the functions
+  !> of a quadratic facet's mid-side nodes; 0 for a facet that is quadratic itself.
   pure real(rk) function bulge_at(shapes, side, i_facet, place) result(bulge)
     !> result of create_shapes
     type(facet_shape_t), intent(in) :: shapes(:)
@@ -39,13 +39,34 @@ contains
     integer :: n_edges, n_nodes
 
     bulge = 0
-    associate (bulges => side%bulges(side%offsets(i_facet) + 1:side%offsets(i_facet + 1)))
-      if (.not. any(abs(bulges) > 0)) return
-      n_nodes = size(bulges)
-      n_edges = merge(1, n_nodes, n_nodes == 2)
-      associate (values => shapes(element_type_with(size(place), n_nodes + n_edges))%values(place))
-        bulge = dot_product(bulges(:n_edges), values(n_nodes + 1:))
+    associate (from => side%offsets(i_facet) + 1, to => side%offsets(i_facet + 1))
+      associate (bulges => side%bulges(from:to))
+        if (.not. any(abs(bulges) > 0)) return
+        n_nodes = size(bulges)
+        n_edges = merge(1, n_nodes, n_nodes == 2)
+        associate (values => shapes(element_type_with(size(place), n_nodes + n_edges))%values(place))
+          if (n_edges == 1) then
+            bulge = height_of_arc(sum((side%vertices(:, to) - side%vertices(:, from))**2) / 4, bulges(1), values(3))
+          else
+            bulge = dot_product(bulges(:n_edges), values(n_nodes + 1:))
+          end if
+        end associate
       end associate
     end associate
   end function bulge_at
+
+  !> Returns the height [length] of an arc of a circle over its chord. With c half the chord, s the height in the middle and R the
+  !> radius, (R - s + height)**2 + x**2 = R**2 and 2 R s = c**2 + s**2.
+  pure real(rk) function height_of_arc(square, middle, share) result(height)
+    !> [length**2] c**2
+    real(rk), intent(in) :: square
+    !> [length] s, also negative
+    real(rk), intent(in) :: middle
+    !> [-] 1 - (x / c)**2
+    real(rk), intent(in) :: share
+
+    associate (level => square - middle**2)
+      height = 2 * middle * share * square / (level + sqrt(max(0.0_rk, level**2 + 4 * middle**2 * share * square)))
+    end associate
+  end function height_of_arc
 end module sig_smooth_surfaces

@@ -320,8 +320,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "contact/node_gaps.f90",
-        "- &\n          bulge_along(",
-        "+ &\n          bulge_along(",
+        "shape%values(place)) + bulge * outward)",
+        "shape%values(place)) - bulge * outward)",
         "the second surface bulges the wrong way",
         "unit.contact.test_node_gaps|verification.test_mortar_curved",
     ),
