@@ -117,6 +117,17 @@ def test_clusters_where_one_has_no_room(signorom, tmp_path):
     assert max(map(float, errors["e_lambda_all"])) <= SAME
 
 
+def test_no_row_changes(signorom, tmp_path):
+    """The whole strip stays on its bed: the tied problem alone is the answer, with its displacement."""
+    deck = write_strip(tmp_path, TIED)
+    deck.write_text(deck.read_text().replace("{min: 0.008, max: 0.012}", "{min: 0.0, max: 1.0e-4}"))
+    said = signorom("run", deck.name, folder=tmp_path)
+    assert f"cluster 1: 0 contacts may change, {N_ACROSS + 1} stay closed" in said
+    errors = read_table(tmp_path / "results" / "strip" / "validation.csv")
+    assert max(map(float, errors["e_lambda_all"])) <= SAME
+    assert max(map(float, errors["e_u"])) <= SAME
+
+
 def test_too_many_changing_rows_are_refused(signorom, tmp_path):
     deck = write_strip(tmp_path, "method: condensed, max_full_order_size: 0.01")
     signorom("sample", deck.name, folder=tmp_path)

@@ -243,6 +243,8 @@ contains
       compliance = cluster%operator(changing, :)
       compliance = (compliance + transpose(compliance)) / 2
       call choose_combinations(forces, compliance, combinations)
+      ! without forces on changing rows the whole displacement is free_field, and one mode of zeros says that it is there
+      if (size(combinations, 2) == 0) combinations = reshape([real(rk) ::], [size(changing), 1], pad=[0.0_rk])
       modes%modes = -product_of(response%pattern_fields, transposed_product(patterns, combinations))
       PetscCall(broadcast_columns(modes%modes, PETSC_COMM_WORLD, ierr))
       modes%coordinates = transposed_product(combinations, compliance)
