@@ -8,7 +8,7 @@ module sig_rigid_motions
   use sig_rigid_bodies, only: n_rigid_modes, null_space, outer, rigid_bodies_t, rigid_modes
   implicit none(type, external)
   private
-  public :: rigid_motions_t, create_rigid_motions
+  public :: rigid_motions_t, create_rigid_motions, create_free_motions
 
   !> The bodies of a mesh, and those of their rigid motions that neither prescribed displacements nor the supports of the idle
   !> motions hold (free motions).
@@ -47,9 +47,7 @@ contains
     type(rigid_motions_t), intent(out) :: motions
     logical :: is_held(size(is_prescribed))
 
-    call motions%create_bodies(mesh, is_round)
-    call find_free_motions(is_prescribed, motions)
-    call close_rows(rows, motions)
+    call create_free_motions(mesh, is_round, is_prescribed, rows, motions)
     call find_idle_motions(motions, idle_basis(motions), rows, motions%idle)
     if (motions%idle%n == 0) return
     is_held = is_prescribed
@@ -57,6 +55,22 @@ contains
     call find_free_motions(is_held, motions)
     call close_rows(rows, motions)
   end subroutine create_rigid_motions
+
+  !> Finds the bodies of a mesh, all rigid motions Z that no prescribed displacement holds, and B Z. Idle ones are not looked for: Z
+  !> has them, too.
+  subroutine create_free_motions(mesh, is_round, is_prescribed, rows, motions)
+    type(mesh_t), intent(in) :: mesh
+    !> whether the model is axisymmetric
+    logical, intent(in) :: is_round
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
+    type(contact_rows_t), intent(in) :: rows
+    type(rigid_motions_t), intent(out) :: motions
+
+    call motions%create_bodies(mesh, is_round)
+    call find_free_motions(is_prescribed, motions)
+    call close_rows(rows, motions)
+  end subroutine create_free_motions
 
   !> Sets B Z.
   pure subroutine close_rows(rows, motions)

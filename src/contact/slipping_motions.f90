@@ -24,13 +24,13 @@ module sig_slipping_motions
   real(rk), parameter :: parallel = 1.0e-4_rk
   !> [-] normal components of velocities up to this one are rounding, after at most so many rounds
   real(rk), parameter :: tangential = 1.0e-13_rk
-  integer, parameter :: most_rounds = 50
+  integer, parameter :: most_rounds = 200
 
 contains
 
-  !> Turns the normals of the rows that slip. Nothing changes if no motion slips.
-  subroutine turn_normals(motions, normals, errors, rows, misses)
-    !> free motions of these rows
+  !> Turns the normals of the rows that slip. Nothing changes if no motion slips, or if the normals do not settle.
+  subroutine turn_normals(motions, normals, errors, rows, misses, is_settled)
+    !> free motions of these rows, of create_free_motions
     type(rigid_motions_t), intent(in) :: motions
     !> smooth normals of the rows and their errors [rad], of fit_normals
     real(rk), intent(in) :: normals(:, :), errors(:)
@@ -38,9 +38,13 @@ contains
     !> [rad] angle by which the slipping motions of each body miss the tangents of its rows, root mean square; 0 for bodies that do
     !> not slip; shape (n_bodies)
     real(rk), intent(out) :: misses(:)
+    !> false if motions slip, but no normals were found that let them: facets resist them then
+    logical, intent(out) :: is_settled
+    type(contact_rows_t) :: turned
     real(rk), allocatable :: slips(:, :), velocities(:, :, :)
     integer :: k
 
+    is_settled = .true.
     misses = 0
     if (motions%n_free == 0 .or. rows%n_rows == 0) return
     allocate (velocities(rows%n_dim, motions%n_free, rows%n_rows))
@@ -49,36 +53,46 @@ contains
     end do
     call find_slips(velocities, normals, errors, slips)
     if (size(slips, 2) == 0) return
-    call settle(velocities, rows, slips)
+    turned = rows
+    call settle(velocities, turned, slips, is_settled)
+    if (.not. is_settled) return
+    rows = turned
     call measure_misses(motions, rows, velocities, normals, slips, misses)
   end subroutine turn_normals
 
   !> Turns the normals across the velocities of the motions, and takes as new motions those that these normals resist least, until
-  !> they do not resist any more: three rotations of a ball then have one center.
-  subroutine settle(velocities, rows, slips)
+  !> they do not resist any more: three rotations of a ball then have one center. Normals that do not resist stay bit by bit.
+  subroutine settle(velocities, rows, slips, is_settled)
     !> shape (n_dim, n_free, n_rows)
     real(rk), intent(in) :: velocities(:, :, :)
     type(contact_rows_t), intent(inout) :: rows
     !> shape (n_free, n)
     real(rk), intent(inout) :: slips(:, :)
+    !> false if they still resist after most_rounds
+    logical, intent(out) :: is_settled
     real(rk) :: across(size(slips, 1), size(slips, 1)), row(size(slips, 1)), normal(rows%n_dim), largest
     real(rk), allocatable :: u(:, :), s(:), vt(:, :)
     integer :: i_round, k, n
 
-    do i_round = 1, most_rounds
+    do i_round = 0, most_rounds
       across = 0
       largest = 0
       do k = 1, rows%n_rows
-        call turn_row(matmul(velocities(:, :, k), slips), rows, k)
         normal = normal_of_row(rows, k)
         row = matmul(normal, velocities(:, :, k)) / norm2(normal)
         across = across + spread(row, 2, size(row)) * spread(row, 1, size(row))
         largest = max(largest, norm2(matmul(row, slips)))
       end do
-      if (largest <= tangential) return
-      call svd(across, u, s, vt)
-      n = size(slips, 2)
-      slips = transpose(vt(size(s) - n + 1:, :))
+      is_settled = largest <= tangential
+      if (is_settled .or. i_round == most_rounds) return
+      if (i_round > 0) then
+        call svd(across, u, s, vt)
+        n = size(slips, 2)
+        slips = transpose(vt(size(s) - n + 1:, :))
+      end if
+      do k = 1, rows%n_rows
+        call turn_row(matmul(velocities(:, :, k), slips), rows, k)
+      end do
     end do
   end subroutine settle
 

@@ -34,7 +34,7 @@ module sig_problem
   use sig_petsc_support, only: has_multigrid_vi, memory_of_ranks, rank_and_size
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
-  use sig_rigid_motions, only: create_rigid_motions, rigid_motions_t
+  use sig_rigid_motions, only: create_free_motions, create_rigid_motions, rigid_motions_t
   use sig_rounding, only: rounding_of_data
   use sig_slipping_motions, only: turn_normals
   use sig_smooth_normals, only: fit_normals
@@ -98,6 +98,8 @@ module sig_problem
     type(rigid_motions_t) :: motions
     !> [rad] by how much the motions in which each body slips on others miss the tangents of their surfaces, shape (n_bodies)
     real(rk), allocatable :: misses(:)
+    !> false if bodies slip, but no normals were found that let them (turn_normals)
+    logical :: is_settled = .true.
     !> work of the loads on the idle motions, which nothing holds
     type(idle_work_t) :: idle_work
     !> hash of echo_physics, the mesh file and the fields: snapshots with the same hash belong to the same problem
@@ -178,6 +180,9 @@ contains
       problem%motions)
     call measure_idle_work(problem)
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
+    if (.not. problem%is_settled) call append_text(problem%warnings, 'round bodies slip on each other in this contact, but no ' // &
+      'normals of the mesh were found that let them: the facets resist rotations that the round surfaces would not; a finer ' // &
+      'mesh of these surfaces, or a support, helps')
     call check_bodies(problem%deck, problem%mesh, problem%motions, body_notes, error)
     if (allocated(error)) return
     PetscCall(measure_problem(problem, comm, ierr))
@@ -234,7 +239,8 @@ contains
     real(rk), allocatable :: errors(:), normals(:, :)
     integer :: groups(size(problem%deck%contact)), i
 
-    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, motions)
+    ! with those that rows resist by little more than rounding: fine facets of a round body
+    call create_free_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, motions)
     allocate (problem%misses(motions%n_bodies), source=0.0_rk)
     if (motions%n_free == 0 .or. motions%is_round .or. .not. problem%deck%solver%holds_unloaded_motions) return
     groups = 0
@@ -244,7 +250,7 @@ contains
       groups(i) = find_group(problem%mesh, name%text, problem%mesh%n_dim - 1)
     end do
     call fit_normals(problem%mesh, problem%rows, groups, normals, errors)
-    call turn_normals(motions, normals, errors, problem%rows, problem%misses)
+    call turn_normals(motions, normals, errors, problem%rows, problem%misses, problem%is_settled)
   end subroutine let_bodies_slip
 
   !> Sets the work of each term's forces on the idle motions. Where bodies slip, the axis of a rotation is known up to the angle by
