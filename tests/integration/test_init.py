@@ -254,7 +254,7 @@ def test_what_cannot_be_a_contact_is_left_out(signorom, tmp_path):
     (entry,) = yaml.safe_load(deck.read_text())["contact"]
     assert {entry["first"], entry["second"]} == {"skin", "top"}
     assert re.search(
-        r"(?m)^# Left out: .first: skin, second: face.: .* no part of the first faces the second$",
+        r"(?m)^# Left out: .first: face, second: skin.: .* no part of the first faces the second$",
         deck.read_text(),
     )
     fill(deck, "P", min="1", max="9")

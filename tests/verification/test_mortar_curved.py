@@ -82,7 +82,7 @@ def pressure_error(mesh, name, pressure):
 @pytest.mark.parametrize("first", FACES)
 @pytest.mark.parametrize(("element", "order"), [("Q4", 1), ("T3", 1), ("Q8", 2), ("T6", 2)])
 def test_press_fit_of_the_mesh(signorom, tmp_path, figures, element, order, first):
-    """Order of the pressure on curved edges: 1 of linear ones, whose displacements cannot be curved; 2 of quadratic ones."""
+    """Order on curved edges: 1 of linear ones, whose displacements cannot be curved; 2 of quadratic ones."""
     problem = f"press fit of the mesh, {element}, {first} first"
     errors = []
     for step in (1, 2, 4):
