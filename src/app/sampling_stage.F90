@@ -4,19 +4,27 @@
 module sig_sampling_stage
   use sig_accuracy_warnings, only: motion_warning
   use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
+  use sig_greedy_record, only: training_points
   use sig_greedy_selection, only: select_points
+  use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: has_fixed_stiffness
   use sig_reporting, only: selection_text
+  use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
   use sig_selection, only: selection_t
   use sig_session, only: session_t
-  use sig_snapshot_merge, only: candidate_store, snapshot_store, snapshots_path, store_in, store_t
+  use sig_snapshot_merge, only: candidate_store, read_own_snapshots, snapshot_store, snapshots_path, store_in, store_t
+  use sig_snapshot_store, only: snapshot_set_t
+  use sig_stage_report, only: warn_of_leans
   use sig_text, only: counted, to_text
   use petsc
   implicit none(type, external)
   private
   public :: sample_stage, announce_stiffness, need_training
+
+  !> range of dofs for read_own_snapshots: no displacements
+  integer, parameter :: no_dofs(2) = [1, 0]
 
 contains
 
@@ -50,10 +58,33 @@ contains
       PetscCall(sample(session%full_order, session%deck%training, store, outcome, error, ierr))
     end if
     call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder), error)
+    if (.not. (session%has_failed .or. session%exit_code == exit_stopped)) call warn_of_sampled_leans(session)
     if (session%deck%clusters%target%is_used .and. .not. (session%has_failed .or. session%exit_code == exit_stopped)) then
       PetscCall(sample_candidates(session, ierr))
     end if
   end subroutine sample_stage
+
+  !> Gives the warnings of warn_of_leans for all training points, also for those that an earlier command has solved. Local; the
+  !> first rank reads the snapshots, and the others do nothing.
+  subroutine warn_of_sampled_leans(session)
+    type(session_t), intent(inout) :: session
+    type(selection_t) :: selection
+    type(snapshot_set_t) :: snapshots
+    type(run_report_t) :: unused
+    type(error_t), allocatable :: error
+    real(rk), allocatable :: points(:, :)
+    logical, allocatable :: is_missing(:)
+
+    if (session%rank /= 0) return
+    associate (problem => session%full_order%problem)
+      call training_points(problem, session%folder, points, selection, error)
+      if (allocated(error)) return
+      allocate (is_missing(size(points, 2)))
+      call read_own_snapshots(problem, snapshots_path(session%folder), snapshots, error, no_dofs, points, is_missing)
+    end associate
+    ! the stage that needs the file will say what is wrong with it
+    if (.not. allocated(error)) call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, unused)
+  end subroutine warn_of_sampled_leans
 
   !> Solves the candidates of clusters.target, at which the errors of local models are measured, and writes candidates.h5.
   !> Collective on all ranks. Errors are printed and set session%exit_code: those of sample. Other exit codes as in sample_stage.

@@ -40,6 +40,8 @@ module sig_session
     logical :: is_whole_run = .false.
     !> --benchmark: validation measures times, too
     logical :: has_benchmark = .false.
+    !> warnings of forces that lean (lean_warnings) which this command has given: of each contact entry, not allocated without one
+    type(string_t), allocatable :: lean_warnings(:)
     type(directory_lock_t) :: lock
     !> problem of the deck; the first stage that needs it loads it
     type(full_order_t) :: full_order

@@ -14,7 +14,7 @@ module sig_stage_report
   use sig_file_system, only: file_exists, read_text_file
   use sig_kinds, only: rk
   use sig_leaning_contacts, only: lean_warnings
-  use sig_log, only: log_warning, log_warnings
+  use sig_log, only: log_warning
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: inert_pair_names, problem_t
@@ -25,13 +25,13 @@ module sig_stage_report
   use sig_row_condition, only: condition_of_rows
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
-  use sig_text, only: string_t
+  use sig_text, only: append_text, string_t
   use sig_unheld_bodies, only: unheld_warning
   use sig_version, only: build_type
   use petsc
   implicit none(type, external)
   private
-  public :: describe_problem, report_fields, warn_of_residuals, write_report
+  public :: describe_problem, report_fields, warn_of_leans, warn_of_residuals, write_report
 
 contains
 
@@ -91,7 +91,7 @@ contains
 
   !> Adds the units, times, contact resultants, reaction forces (of points that converged) and the state of each point (status,
   !> iterations, closed contacts, residuals) of the full-order solutions. Warns in the log of points that did not converge, and as
-  !> warn_of_residuals, warn_of_deformations, warn_of_leans and unheld_warning say of the points that did. Local.
+  !> warn_of_residuals, warn_of_deformations and unheld_warning say of the points that did. Local.
   subroutine report_fields(problem, points, solved, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -112,7 +112,6 @@ contains
     call report_resultants(problem, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_deformations(problem, solved, report)
-    call warn_of_leans(problem, solved, report)
     warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)
     call warn('positions', warning, report)
     do i = 1, size(solved%states)
@@ -137,22 +136,29 @@ contains
     call warn('deformations', warning, report)
   end subroutine warn_of_deformations
 
-  !> Gives the warnings of lean_warnings for the solved points, in the log and in the report.
-  subroutine warn_of_leans(problem, solved, report)
-    type(problem_t), intent(in) :: problem
-    type(solved_points_t), intent(in) :: solved
+  !> Gives the warnings of lean_warnings in the log and in the report, but only one of each contact entry in a command. Local.
+  subroutine warn_of_leans(session, multipliers, reasons, report)
+    type(session_t), intent(inout) :: session
+    !> [force] shape (n_rows, n_points)
+    real(rk), intent(in) :: multipliers(:, :)
+    !> how each point ended, shape (n_points); only those that converged count
+    integer, intent(in) :: reasons(:)
+    !> gets all that the command has given so far
     type(run_report_t), intent(inout) :: report
-    real(rk) :: multipliers(problem%rows%n_rows, size(solved%states))
-    type(string_t), allocatable :: warnings(:)
+    type(string_t), allocatable :: found(:), given(:)
     integer :: i
 
-    multipliers = 0
-    do i = 1, size(solved%states)
-      if (solved%states(i)%reason == reason_converged) multipliers(:, i) = solved%states(i)%multipliers
+    found = lean_warnings(session%full_order%problem, multipliers(:, pack([(i, i=1, size(reasons))], reasons == reason_converged)))
+    if (.not. allocated(session%lean_warnings)) allocate (session%lean_warnings(size(found)))
+    allocate (given(0))
+    do i = 1, size(found)
+      if (found(i)%text /= '' .and. .not. allocated(session%lean_warnings(i)%text)) then
+        call log_warning(found(i)%text)
+        session%lean_warnings(i)%text = found(i)%text
+      end if
+      if (allocated(session%lean_warnings(i)%text)) call append_text(given, session%lean_warnings(i)%text)
     end do
-    warnings = lean_warnings(problem, multipliers)
-    call log_warnings(warnings)
-    call report%add('contact/warnings', warnings)
+    call report%add('contact/warnings', given)
   end subroutine warn_of_leans
 
   !> Writes a warning to the log and to a section of the report; does nothing if the text is empty.

@@ -32,7 +32,7 @@ module sig_study
   use sig_session, only: session_t
   use sig_snapshot_merge, only: lacks_displacements, read_spread, snapshot_store, snapshots_path, store_in
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_stage_report, only: describe_problem, report_fields, warn_of_residuals, write_report
+  use sig_stage_report, only: describe_problem, report_fields, warn_of_leans, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, to_text
   use sig_clock, only: wall_time
@@ -107,6 +107,7 @@ contains
     if (.not. allocated(error)) then
       PetscCall(describe_problem(session%full_order%problem, report, ierr))
       call report_snapshots(session%deck, snapshots, report)
+      call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, report)
       call warn_of_residuals(pack(snapshots%residuals(1, :), snapshots%reasons == reason_converged), report)
       if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
       call report_model(model, report)
@@ -317,6 +318,7 @@ contains
     end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_fields(session%full_order%problem, points, solved, report)
+    call warn_of_leans(session, multipliers_of(solved, session%full_order%problem%rows%n_rows), solved%states%reason, report)
     PetscCall(write_report(session, field_keys, report, ierr))
     n_solved = count(solved%states%reason == reason_converged)
     call log_info('fields at ' // counted(n_solved, 'point') // ': ' // session%folder // '/fields.xdmf' // &
@@ -325,6 +327,19 @@ contains
     call log_warning('the files have no fields for ' // counted(size(points, 2) - n_solved, 'point') // ' that did not converge')
     session%exit_code = exit_not_converged
   end subroutine fields_stage
+
+  !> Returns the contact forces of solved points [force], shape (n_rows, n_points); 0 at points that did not converge.
+  pure function multipliers_of(solved, n_rows) result(multipliers)
+    type(solved_points_t), intent(in) :: solved
+    integer, intent(in) :: n_rows
+    real(rk) :: multipliers(n_rows, size(solved%states))
+    integer :: i
+
+    multipliers = 0
+    do i = 1, size(solved%states)
+      if (solved%states(i)%reason == reason_converged) multipliers(:, i) = solved%states(i)%multipliers
+    end do
+  end function multipliers_of
 
   !> Reads model.h5 of the results folder. Local; each rank reads it. Errors: it is missing, cannot be read, or was trained for
   !> another deck or mesh, or with other settings (differing_setting).

@@ -114,13 +114,13 @@ contains
     if (is_log_speaking) call say(standard_error, 'warning: ' // text, ignored)
   end subroutine log_warning
 
-  !> Writes each text as log_warning does.
+  !> Writes each text that is not empty as log_warning does.
   subroutine log_warnings(texts)
     type(string_t), intent(in) :: texts(:)
     integer :: i
 
     do i = 1, size(texts)
-      call log_warning(texts(i)%text)
+      if (texts(i)%text /= '') call log_warning(texts(i)%text)
     end do
   end subroutine log_warnings
 

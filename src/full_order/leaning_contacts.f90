@@ -10,7 +10,7 @@ module sig_leaning_contacts
   use sig_smooth_normals, only: normal_of_row
   use sig_surface_geometry, only: direction_text, flat_direction, is_flat, measure_surface, surface_geometry_t
   use sig_term_values, only: evaluate_points
-  use sig_text, only: append_text, string_t, to_text
+  use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: lean_warnings, predicted_lean_warnings
@@ -22,8 +22,8 @@ module sig_leaning_contacts
 
 contains
 
-  !> Returns a warning for each contact entry whose forces lean so far from the normals of its other surface that they err by more
-  !> than about 1 % at a point. Empty without such entries; those with a direction or an obstacle have none.
+  !> Returns a text for each contact entry of the deck: a warning if its forces lean so far from the normals of its other surface
+  !> that they err by more than about 1 % at a point, else ''. Entries with a direction or an obstacle have no warning.
   function lean_warnings(problem, multipliers) result(warnings)
     type(problem_t), intent(in) :: problem
     !> [force] shape (n_rows, n_points)
@@ -40,7 +40,7 @@ contains
     warnings = warnings_of(problem, means, commons)
   end function lean_warnings
 
-  !> Returns the warnings of lean_warnings before anything is solved, for forces that are predicted from the deck alone: as on a bed
+  !> Returns the texts of lean_warnings before anything is solved, for forces that are predicted from the deck alone: as on a bed
   !> of springs they are the areas of the rows times their overlaps, if the bodies move by the largest prescribed displacements and
   !> do not deform. Motions by loads are not known; they add nothing.
   function predicted_lean_warnings(problem, points) result(warnings)
@@ -111,9 +111,10 @@ contains
     type(string_t), allocatable :: warnings(:)
     integer :: i
 
-    allocate (warnings(0))
+    allocate (warnings(size(means)))
     do i = 1, size(means)
-      if (error_per_lean * means(i) > largest_error) call append_text(warnings, lean_text(problem, i, means(i), commons(:, i)))
+      warnings(i)%text = ''
+      if (error_per_lean * means(i) > largest_error) warnings(i)%text = lean_text(problem, i, means(i), commons(:, i))
     end do
   end function warnings_of
 

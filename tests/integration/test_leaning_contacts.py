@@ -6,6 +6,7 @@ import re
 import h5py
 import numpy as np
 import pytest
+import yaml
 
 from gmsh_mesh import make_mesh
 
@@ -122,13 +123,18 @@ def test_disc_pressed_little(signorom, tmp_path):
 
 
 def test_equal_discs(signorom, tmp_path):
-    """Each normal errs by half of the angle between them; `run` warns of its training points."""
+    """Each normal errs by half of the angle between them; each command with solutions warns once of its points."""
     write_part(tmp_path, OTHER_DISC)
     deck = write_deck(tmp_path, 1.0, modulus=1000.0)
     deck.write_text(deck.read_text() + "training: {grid: {d: 2}}\n")
-    # of the training points, and of the output point, which is one of them
-    (found,) = set(SENTENCE.findall(said_by(signorom, "run", deck)))
+    (found,) = SENTENCE.findall(said_by(signorom, "run", deck))
+    for command in ("sample", "train", "solve"):  # the snapshots are there already
+        assert SENTENCE.findall(said_by(signorom, command, deck)) == [found]
     places, forces = pushes_on_disc(tmp_path, "part")
     leans = (places[:, 0] / (R - places[:, 1])) ** 2
     mean = np.average(leans, weights=np.linalg.norm(forces, axis=1))
     assert 200 * mean == pytest.approx(int(found[1]), abs=0.6)
+    (told,) = yaml.safe_load((tmp_path / "results" / "part" / "report.yaml").read_text())["contact"][
+        "warnings"
+    ]
+    assert SENTENCE.fullmatch(f"warning: {told}").groups() == found

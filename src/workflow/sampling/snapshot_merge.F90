@@ -24,7 +24,7 @@ module sig_snapshot_merge
   use petsc
   implicit none(type, external)
   private
-  public :: find_finished_points, lacks_displacements, merge_snapshots, put_in_order, read_spread, read_store
+  public :: find_finished_points, lacks_displacements, merge_snapshots, put_in_order, read_own_snapshots, read_spread, read_store
   public :: snapshots_path, store_in, store_t
   public :: write_merged
 

@@ -8,7 +8,6 @@ module sig_training
   use sig_clustering, only: cluster_t
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_hhr_data, only: hhr_data_t
-  use sig_leaning_contacts, only: lean_warnings
   use sig_log, only: log_warning, log_warnings
   use sig_model, only: model_t
   use sig_model_parts, only: set_clusters
@@ -78,9 +77,8 @@ contains
     end if
   end subroutine take_solved
 
-  !> Warns of each training point without a full-order solution, of contacts that are open at all others
-  !> (open_contact_warnings), and of those whose forces lean (lean_warnings). Without any solution there are no warnings, because
-  !> training then ends with an error. Local.
+  !> Warns of each training point without a full-order solution, and of contacts that are open at all others
+  !> (open_contact_warnings). Without any solution there are no warnings, because training then ends with an error. Local.
   subroutine warn_of_snapshots(problem, snapshots)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
@@ -93,12 +91,9 @@ contains
         if (.not. is_solved(i)) call log_warning('training without ' // format_point(problem%deck%parameters, &
           snapshots%parameters(:, i)) // ', which the full-order model did not solve')
       end do
-      associate (multipliers => snapshots%multipliers(:, pack([(i, i=1, size(is_solved))], is_solved)))
-        warnings = open_contact_warnings(problem%deck, problem%rows, multipliers)
-        call log_warnings(warnings)
-        warnings = lean_warnings(problem, multipliers)
-        call log_warnings(warnings)
-      end associate
+      warnings = open_contact_warnings(problem%deck, problem%rows, &
+        snapshots%multipliers(:, pack([(i, i=1, size(is_solved))], is_solved)))
+      call log_warnings(warnings)
     end associate
   end subroutine warn_of_snapshots
 end module sig_training
