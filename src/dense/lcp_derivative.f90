@@ -15,7 +15,7 @@ module sig_lcp_derivative
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: lu_t
-  use sig_rounding, only: dependent, rounding_of_data
+  use sig_rounding, only: dependent, rounding, rounding_of_data
   implicit none(type, external)
   private
   public :: differentiate_lcp, lcp_derivative_t
@@ -105,8 +105,9 @@ contains
   end function free_anchors
 
   !> Sets `grazes` to whether a row has neither a force nor an opening, up to rounding: an opening is rounding where it is at most
-  !> rounding_of_data of its terms, a force where it closes its row by at most as much. The other arguments are those of
-  !> differentiate_lcp.
+  !> rounding_of_data of the terms of q and `rounding` of those of W z, a force where it closes its row by at most as much. W comes
+  !> from no data that were rounded, and its terms may be large and cancel: those of a body that only contact holds move it, held at
+  !> its anchors, by 1e4 of what it moves in the end. The other arguments are those of differentiate_lcp.
   subroutine find_grazing(matrix, q, terms, z, grazes)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
@@ -121,7 +122,7 @@ contains
     call multiply(1.0_rk, matrix, z, 1.0_rk, w)
     noise = rounding_of_data * (abs(q) + terms)
     do k = 1, size(z)
-      if (z(k) > 0) noise = noise + rounding_of_data * abs(matrix(:, k)) * z(k)
+      if (z(k) > 0) noise = noise + rounding * abs(matrix(:, k)) * z(k)
     end do
     closing = diagonal * z
     ! rows of bodies that only contact holds may have a zero diagonal
