@@ -479,6 +479,46 @@ PLANTED = [
         "if (present(anchors)) forces = forces - balanced_load",
         "loads push the other way",
     ),
+    Planted(
+        SRC + "solver/active_set.F90",
+        "(n_changed > 0 .and. n_changed < self%n_changed .and. state%n_iterations < usual_steps)",
+        "(n_changed > 0 .and. state%n_iterations < usual_steps)",
+        "coarse forces open and close the same contacts in turn",
+    ),
+    Planted(
+        SRC + "solver/contact_levels.c",
+        "PetscCall(VecScale(held_part, 1.0 - HELD_SHARE));",
+        "PetscCall(VecScale(held_part, 0.5));",
+        "held unknowns keep half of the coarse motions",
+        "integration.test_multigrid",
+    ),
+    Planted(
+        SRC + "solver/held_operator.c",
+        "if (is_free[i] == 0.0) products[i] = d[i] * values[i];",
+        "if (is_free[i] == 0.0) products[i] = 0.0;",
+        "the operator of multigrid is singular at held unknowns",
+        "integration.test_multigrid",
+    ),
+    Planted(
+        SRC + "contact/obstacle_rows.f90",
+        "changed(i) = areas(i) / owner_weight",
+        "changed(i) = areas(i)",
+        "mid-side nodes on an obstacle have the area of the unchanged basis",
+        "(integration.test_obstacles|verification.test_.*(obstacle|patch|quadratic))",
+    ),
+    Planted(
+        SRC + "dense/lcp_derivative.f90",
+        "noise = noise + rounding * abs(matrix(:, k)) * z(k)",
+        "noise = noise + rounding_of_data * abs(matrix(:, k)) * z(k)",
+        "openings of bodies that only contact holds seem to graze",
+    ),
+    Planted(
+        SRC + "contact/problem_sizes.f90",
+        "matmul(abs(system%rows%gap), abs(theta))",
+        "abs(matmul(system%rows%gap, theta))",
+        "gaps whose terms cancel have no size",
+        "verification.test_scales",
+    ),
     # snapshots
     Planted(
         SRC + "snapshots/csv_fields.f90",

@@ -115,7 +115,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(boundary_conditions_t) :: boundary
     integer, allocatable :: room(:)
-    integer :: i, free_0(3)
+    integer :: i, j, free_0(3)
 
     PetscCall(start(stack_t(n_x=2, n_y=1, n_blocks=2, gap=0.1_rk), 0.0_rk, [0.0_rk, 1.0_rk], case, ierr))
     case%pairs%initial_gap = gaps
@@ -127,11 +127,14 @@ contains
     PetscCall(MatDestroy(case%system%stiffness, ierr))
     allocate (room(case%mesh%n_nodes), source=case%mesh%n_nodes)
     PetscCall(create_matrix(PETSC_COMM_SELF, 2 * size(room), 2, room, 0 * room, case%system%stiffness, ierr))
-    do i = 0, 2 * size(room) - 1
-      PetscCall(MatSetValue(case%system%stiffness, i, i, 0.0_rk, ADD_VALUES, ierr))
-    end do
     free_0 = [(2 * node_at(case%stack, 1, i, 1), i=0, 2)]
     free_0 = case%system%map%distributed_0(free_0)
+    ! multigrid needs blocks of a node's dofs, and no zero on the diagonal
+    do i = 0, 2 * size(room) - 1
+      do j = 0, 2 * size(room) - 1
+        PetscCall(MatSetValue(case%system%stiffness, i, j, merge(1.0_rk, 0.0_rk, i == j .and. all(free_0 /= i)), ADD_VALUES, ierr))
+      end do
+    end do
     PetscCall(MatSetValues(case%system%stiffness, 3, free_0, 3, free_0, stiffness, ADD_VALUES, ierr))
     PetscCall(MatAssemblyBegin(case%system%stiffness, MAT_FINAL_ASSEMBLY, ierr))
     PetscCall(MatAssemblyEnd(case%system%stiffness, MAT_FINAL_ASSEMBLY, ierr))
