@@ -5,6 +5,7 @@
     build/venv/bin/python tests/real_size/run_parts.py                    # all parts, an hour on two cores
     build/venv/bin/python tests/real_size/run_parts.py lug roller --ranks 2 --folder /tmp/parts
     build/venv/bin/python tests/real_size/run_parts.py lug --edge 0.2    # a finer mesh
+    build/venv/bin/python tests/real_size/run_parts.py lug --ranks 2 --folder /tmp/two --beside /tmp/parts
 
 Meshes a part, then: check, run, predict --fields, solve at a point that no model has seen, report; derivatives beside
 central differences of full-order solutions; forces of contacts and supports beside those of the loads; fields.xdmf read
@@ -53,6 +54,8 @@ STEP = 1.0e-4
 # validation.accept_fields; derivatives beside differences, which lose half the digits of the forces; loads on curved
 # edges
 FORCES, FIELDS, DERIVATIVES, BALANCE = 1.0e-8, 1.0e-2, 1.0e-4, 1.0e-4
+# [-] answers of other numbers of ranks
+SAME = 1.0e-10
 
 
 class Stages:
@@ -223,6 +226,19 @@ def compare_answer(checks, folder, name):
     checks.at_most("largest von Mises", abs(ours["von_mises_smoothed"].max() / largest - 1), FIELDS)
 
 
+def compare_runs(checks, folder, other, name):
+    """Full order and answer of the model beside those of an earlier run of the same part."""
+    place = f"solved/results/{name}/fields.h5"
+    ours, theirs = read_point(folder / place), read_point(other / place)
+    for field in ("multipliers_full_order", "displacement", "stress"):
+        checks.at_most(f"{field} beside the other run", norm_off(ours[field], theirs[field]), SAME)
+    tables = []
+    for run in (folder, other):
+        with (run / "answer.csv").open() as file:
+            tables.append(forces_of(next(csv.DictReader(file))))
+    checks.at_most("contact forces of the model beside the other run", norm_off(*tables), SAME)
+
+
 def forces_of(told):
     """Contact forces of a line of the table of predict."""
     return np.array([float(value) for key, value in told.items() if key.startswith("lambda_")])
@@ -309,6 +325,8 @@ def go(name, program, arguments, folder):
     command = [*launcher(arguments.ranks), program]
     if make_model(checks, stages, name, command, arguments.edge):
         use_model(checks, stages, name, command)
+        if arguments.beside:
+            compare_runs(checks, folder, arguments.beside.resolve() / name, name)
     stages.print()
     return checks.missed
 
@@ -325,6 +343,9 @@ def main():
         "--folder",
         type=Path,
         help="where meshes, logs and results stay, in a folder per part that is made anew",
+    )
+    parser.add_argument(
+        "--beside", type=Path, help="folder of an earlier run, as of another number of ranks, for comparison"
     )
     arguments = parser.parse_args()
     program = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "release" / "signorom")).resolve()
