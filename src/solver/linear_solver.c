@@ -19,8 +19,8 @@ static const double TIGHTEST = 1e-12;
 // longer positive definite. The margin here is 1.3, PETSc's own one is 1.1.
 static const char ESTIMATE[] = "0,0.1,0,1.3";
 
-// P'AP by way of AP takes half the time of PETSc's default for matrices of one process; those of several ranks have other
-// ways, with other names. It is an option, too, that a product reads when it is made.
+// P'AP by way of AP takes half the time of PETSc's default for matrices of one process; those of several ranks have
+// other ways, with other names. It is an option, too, that a product reads when it is made.
 static const char PRODUCT[] = "-matptap_via", BY_AP[] = "rap";
 
 // Sets an option until drop_default, unless the user has set it.
