@@ -5,7 +5,7 @@
 !> force nor an opening, so they may close or open. Their dz_G is the solution of a small complementarity problem. The derivative in
 !> the opposite direction is then in general not just the negative of this one.
 !>
-!> Anchors are rows whose unknown is an opening, by which a body moves that only contact holds (sig_condensed_data). Where the rows
+!> Anchors are rows whose unknown is an opening, by which a body moves that only contact holds (sig_compliance). Where the rows
 !> with a force do not hold such a motion, its change F is any number, and W_AA would be singular with it: the change of the forces
 !> does no work on the motion, W_FG dz_G + p_F = 0, and W dz of the other rows contains dz_F. dz_A and dz_G are unique all the same:
 !> they are the solution of a strictly convex quadratic program, whatever the place of the body is.

@@ -25,7 +25,7 @@ module sig_answer
     integer :: part = 1
     !> part that gives the displacement
     integer :: displacement_part = 1
-    !> cluster of contacts that answered, in a part that has several; 0 = none
+    !> cluster of contacts that answered, in a part of the kind tied; 0 = none
     integer :: row_cluster = 0
     !> [length] gamma of the cluster, shape (n_modes)
     real(rk), allocatable :: coordinates(:)
@@ -37,7 +37,8 @@ module sig_answer
     real(rk), allocatable :: multipliers(:)
     logical :: is_whole = .false.
     !> [force] z, the unknowns of the solved problem, shape (n_multipliers): contact forces; at anchors the openings over the
-    !> `scale` of the part. Zero if a part of the kind hhr or tied answered
+    !> `scale` of the part. In a part of the kind tied those of the changing rows come first. Zero if a part of the kind hhr
+    !> answered
     real(rk), allocatable :: unknowns(:)
     !> one of sig_lcp's methods, or answer_condensed; method_name gives its name
     integer :: method = 0

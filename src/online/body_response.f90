@@ -117,7 +117,7 @@ contains
     end do
   end function constants_at
 
-  !> Adds the body's part of W at a point to `compliance`; its rows of anchors are those of open anchors (sig_interpolated_data).
+  !> Adds the body's part of W at a point to `compliance`; its rows of anchors are those of open anchors (sig_body_data).
   subroutine add_compliance(self, theta, compliance)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms

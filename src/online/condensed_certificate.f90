@@ -1,23 +1,23 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The energy of contact forces and a bound of their error, from the condensed problem of all contacts.
+!> The energy of contact forces and bounds of their error and of the displacement's, from the condensed problem of all contacts.
 !>
-!> The README of this folder derives the bound.
+!> The README of this folder derives the bounds.
 module sig_condensed_certificate
   use sig_answer, only: answer_t, comparable_size
-  use sig_condensed_data, only: condensed_data_t
+  use sig_compliance, only: compliance_point_t, compliance_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_hanging_bodies, only: hanging_bodies_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
-  use sig_rounding, only: rounding
   implicit none(type, external)
   private
   public :: condensed_certificate_t
 
   type :: condensed_certificate_t
     private
-    !> rows that are not anchors, 1-based, and W of these rows, factored: it bounds the error of forces in the norm of W
+    !> rows that are not anchors, 1-based
     integer, allocatable :: free_rows(:)
+    !> of a fixed W: W of these rows, factored; it bounds the error of forces in the norm of W
     type(contact_error_bound_t) :: bound
     type(hanging_bodies_t) :: bodies
   contains
@@ -25,142 +25,232 @@ module sig_condensed_certificate
     procedure :: is_valid
     procedure :: energy
     procedure :: correct
-    procedure :: certify
+    procedure :: certify_own
+    procedure :: certify_foreign
   end type condensed_certificate_t
 
 contains
 
-  !> Factors W of the rows that are not anchors, and copies the data of the anchors. It cannot fail; is_valid says whether there are
-  !> bounds.
-  subroutine create(self, data)
+  !> Factors a fixed W of the rows that are not anchors, and copies the data of the anchors. It cannot fail; is_valid says whether
+  !> there are bounds.
+  subroutine create(self, compliance)
     class(condensed_certificate_t), intent(inout) :: self
-    class(condensed_data_t), intent(in) :: data
+    class(compliance_t), intent(in) :: compliance
+    type(compliance_point_t) :: point
     integer :: i, n
 
-    n = size(data%compliance, 1)
-    self%free_rows = pack([(i, i=1, n)], [(all(data%anchors /= i), i=1, n)])
-    call self%bound%create(data%compliance(self%free_rows, self%free_rows))
-    call self%bodies%create(data, self%free_rows)
+    n = compliance%n_rows()
+    self%free_rows = pack([(i, i=1, n)], [(all(compliance%anchors /= i), i=1, n)])
+    call self%bodies%create(compliance%anchors, compliance%scale, compliance%anchor_work())
+    if (.not. compliance%is_fixed()) return
+    call compliance%create_point(point)
+    call factor(self, compliance, point, self%bound)
   end subroutine create
 
-  !> Whether W of the rows that are not anchors is positive definite, so that there are bounds.
-  pure logical function is_valid(self)
+  !> Factors W of the rows that are not anchors.
+  subroutine factor(self, compliance, point, bound)
     class(condensed_certificate_t), intent(in) :: self
+    class(compliance_t), target, intent(in) :: compliance
+    type(compliance_point_t), target, intent(in) :: point
+    type(contact_error_bound_t), intent(inout) :: bound
+    real(rk), pointer, contiguous :: matrix(:, :)
 
-    is_valid = self%bound%is_valid
+    matrix => compliance%matrix(point)
+    call bound%create(matrix(self%free_rows, self%free_rows))
+  end subroutine factor
+
+  !> Whether there are bounds: W has a bound of its own error and, where it is fixed, it is positive definite without the anchors.
+  pure logical function is_valid(self, compliance)
+    class(condensed_certificate_t), intent(in) :: self
+    class(compliance_t), intent(in) :: compliance
+
+    is_valid = compliance%has_bound()
+    if (compliance%is_fixed()) is_valid = is_valid .and. self%bound%is_valid
   end function is_valid
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length]. Rows of anchors do not count. The result is huge for
-  !> forces that do not balance the loads on bodies that only contact holds.
-  real(rk) function energy(self, data, theta, multipliers, opening)
+  !> forces that do not balance the loads on bodies that only contact holds, and for impossible elastic constants.
+  real(rk) function energy(self, compliance, theta, multipliers)
     class(condensed_certificate_t), intent(in) :: self
-    !> the data that create was called with
-    class(condensed_data_t), intent(in) :: data
+    !> the one that create was called with
+    class(compliance_t), target, intent(in) :: compliance
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> work array, shape (n_multipliers)
-    real(rk), contiguous, intent(inout) :: opening(:)
+    type(compliance_point_t), target :: point
+    real(rk), pointer, contiguous :: matrix(:, :)
     real(rk) :: forces(size(multipliers))
+    logical :: is_possible
 
-    call data%open_freely(theta, opening)
-    forces = multipliers
-    if (size(data%anchors) > 0) then
-      energy = huge(energy)
-      if (.not. self%bodies%are_balanced(opening, multipliers)) return
-      forces(data%anchors) = 0
+    energy = huge(energy)
+    call compliance%create_point(point)
+    call compliance%evaluate(theta, point, is_possible)
+    if (.not. is_possible) return
+    if (size(compliance%anchors) > 0) then
+      if (.not. self%bodies%are_balanced(point%opening, multipliers)) return
     end if
-    call multiply(0.5_rk, data%compliance, forces, 1.0_rk, opening)
-    energy = dot_product(forces, opening)
+    forces = compliance%with_closed_anchors(multipliers)
+    matrix => compliance%matrix(point)
+    call multiply(0.5_rk, matrix, forces, 1.0_rk, point%opening)
+    energy = dot_product(forces, point%opening)
   end function energy
 
   !> Corrects contact forces that another part found. If only contact holds a body and the forces balance the loads, open contacts
   !> lose their forces, and the others are balanced again (sig_hanging_bodies, release). Otherwise, or if the others cannot balance
   !> the loads, the forces do not change.
-  subroutine correct(self, data, theta, free_opening, opening, multipliers)
+  subroutine correct(self, compliance, theta, point, opening, multipliers)
     class(condensed_certificate_t), intent(in) :: self
-    !> the data that create was called with
-    class(condensed_data_t), intent(in) :: data
+    !> the one that create was called with
+    class(compliance_t), target, intent(in) :: compliance
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
-    !> work arrays, shape (n_multipliers)
-    real(rk), contiguous, intent(inout) :: free_opening(:)
+    type(compliance_point_t), target, intent(inout) :: point
+    !> [length] work array, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: multipliers(:)
+    real(rk), pointer, contiguous :: matrix(:, :)
+    integer :: i
+    logical :: is_possible
 
-    if (size(data%anchors) == 0) return
-    call open_under(data, theta, multipliers, free_opening, opening)
-    if (self%bodies%are_balanced(free_opening, multipliers)) call self%bodies%release(opening(self%free_rows), multipliers)
+    if (size(compliance%anchors) == 0) return
+    call open_under(compliance, theta, multipliers, point, opening, is_possible)
+    if (.not. is_possible) return
+    matrix => compliance%matrix(point)
+    if (self%bodies%are_balanced(point%opening, multipliers)) call self%bodies%release( &
+      [(matrix(self%free_rows(i), self%free_rows(i)), i=1, size(self%free_rows))], opening(self%free_rows), multipliers)
   end subroutine correct
 
-  !> Bounds the error |lambda_r - lambda| of `multipliers` in the norm of W, by sig_contact_error_bound. This error equals
-  !> |u(lambda_r) - u| in the norm of K; with anchors, the rows of the anchors do not count, and u is the elastic part of the
-  !> displacement, with closed anchors. If there are anchors, foreign forces (not is_own) that do not balance the loads on the
-  !> bodies that only contact holds get the bound huge. Requires: is_valid.
-  subroutine certify(self, data, multipliers, is_own, free_opening, opening, answer)
+  !> Bounds the error |lambda_r - lambda| of the forces of the problem that has just been solved in the norm of W, by
+  !> sig_contact_error_bound where W is fixed, and by what W and q have as errors. This error equals |u(lambda_r) - u| in the norm
+  !> of K; with anchors, the rows of the anchors do not count, and u is the elastic part of the displacement, with closed anchors.
+  !>
+  !> With a displacement, it is bounded, too: |u_r - u|_K <= |u_r - u(lambda_r)|_K + |u(lambda_r) - u|_K, where the first term is
+  !> the error of the field under the same forces. Requires: is_valid.
+  subroutine certify_own(self, compliance, multipliers, point, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
-    !> the data that create was called with
-    class(condensed_data_t), intent(in) :: data
+    !> the one that create was called with
+    class(compliance_t), intent(in) :: compliance
     !> [force] >= 0 of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> whether the condensed problem has just been solved for these forces; free_opening and opening then belong to this solution
-    logical, intent(in) :: is_own
-    !> [length] q and w = W z + q, shape (n_multipliers); in: of the solution if is_own; otherwise they are computed here
-    real(rk), contiguous, intent(inout) :: free_opening(:)
-    real(rk), contiguous, intent(inout) :: opening(:)
-    !> in: theta, and unknowns where is_own; out: bound and relative_bound
+    !> with W and q of the solution, and [length] its w = W z + q, shape (n_multipliers)
+    type(compliance_point_t), target, intent(in) :: point
+    real(rk), contiguous, intent(in) :: opening(:)
+    !> in: theta, and unknowns; out: the bounds
     type(answer_t), intent(inout) :: answer
-    real(rk) :: closing(size(self%free_rows)), forces(size(self%free_rows)), place(size(self%free_rows))
-    real(rk) :: size_of_answer, surplus
+    real(rk) :: bound, closing(size(opening)), size_of_answer, enough
 
-    if (.not. is_own) call open_under(data, answer%theta, multipliers, free_opening, opening)
+    closing = opening - point%opening
+    call close_anchors(compliance, answer%unknowns, point, closing)
+    size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(multipliers(self%free_rows), closing(self%free_rows)))), &
+      compliance%largest_size)
+    enough = compliance%rounding() * size_of_answer
+    bound = enough
+    if (compliance%is_fixed()) bound = self%bound%evaluate(multipliers(self%free_rows), opening(self%free_rows), enough)
+    bound = compliance%own_error(answer%theta, answer%unknowns) + bound
+    call answer%take_bound(bound, size_of_answer)
+    if (compliance%has_displacement()) call bound_displacement(compliance, bound, &
+      dot_product(answer%unknowns, opening - point%opening), point, answer)
+  end subroutine certify_own
+
+  !> Sets displacement_bound and relative_displacement_bound from the bound of the forces. Rigid motions do not count.
+  subroutine bound_displacement(compliance, bound_of_forces, energy, point, answer)
+    class(compliance_t), intent(in) :: compliance
+    !> [sqrt(force*length)]
+    real(rk), intent(in) :: bound_of_forces
+    !> [force*length] z'W z: openings of anchors do not count in it, as their rows and columns of W have opposite signs
+    real(rk), intent(in) :: energy
+    type(compliance_point_t), intent(in) :: point
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: size_of_field
+
+    size_of_field = comparable_size(compliance%size_of_field(answer%theta, answer%unknowns, max(0.0_rk, energy), point), &
+      compliance%largest_field)
+    call answer%take_displacement_bound(bound_of_forces + compliance%rounding() * size_of_field + &
+      compliance%field_error(answer%theta, answer%unknowns, max(0.0_rk, energy), point), size_of_field)
+  end subroutine bound_displacement
+
+  !> Bounds the error of forces that another part found, in the norm of W. If there are anchors, forces that do not balance the
+  !> loads on the bodies that only contact holds get the bound huge; where W is not fixed, too, nothing changes. Requires: is_valid.
+  !>
+  !> The bound of the problem with W counts foreign_factor times: it is assumed that the norms of the true W and of this one differ
+  !> by no more.
+  subroutine certify_foreign(self, compliance, multipliers, point, opening, answer)
+    class(condensed_certificate_t), intent(in) :: self
+    !> the one that create was called with
+    class(compliance_t), target, intent(in) :: compliance
+    !> [force] >= 0 of all contacts, shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    !> work arrays
+    type(compliance_point_t), target, intent(inout) :: point
+    real(rk), contiguous, intent(inout) :: opening(:)
+    !> in: theta; out: bound and relative_bound
+    type(answer_t), intent(inout) :: answer
+    type(contact_error_bound_t) :: norm
+    real(rk) :: bound, forces(size(self%free_rows)), place(size(self%free_rows)), size_of_answer, surplus
+    logical :: is_possible
+
+    if (size(compliance%anchors) > 0 .and. .not. compliance%is_fixed()) return
+    call open_under(compliance, answer%theta, multipliers, point, opening, is_possible)
+    if (.not. is_possible) return
     place = opening(self%free_rows)
-    closing = place - free_opening(self%free_rows)
-    if (is_own) call close_anchors(self, data, answer%unknowns, closing)
     forces = multipliers(self%free_rows)
-    size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, closing))), data%largest_size)
-    if (is_own .or. size(data%anchors) == 0) then
-      call answer%take_bound(self%bound%evaluate(forces, place, rounding * size_of_answer), size_of_answer)
-    else if (self%bodies%are_balanced(free_opening, multipliers)) then
-      call self%bodies%settle(multipliers, place, surplus)
-      call answer%take_bound(self%bound%evaluate(forces, place, rounding * size_of_answer, surplus), size_of_answer)
-    else
-      call answer%take_bound(huge(surplus), size_of_answer)
-    end if
-  end subroutine certify
+    size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(forces, place - point%opening(self%free_rows)))), &
+      compliance%largest_size)
+    bound = huge(bound)
+    surplus = 0
+    associate (enough => compliance%rounding() * size_of_answer)
+      if (size(compliance%anchors) > 0) then
+        if (self%bodies%are_balanced(point%opening, multipliers)) then
+          call self%bodies%settle(multipliers, place, surplus)
+          bound = self%bound%evaluate(forces, place, enough, surplus)
+        end if
+      else if (compliance%is_fixed()) then
+        bound = self%bound%evaluate(forces, place, enough)
+      else
+        call factor(self, compliance, point, norm)
+        if (norm%is_valid) bound = compliance%foreign_factor() * norm%evaluate(forces, place, enough) + &
+          compliance%own_error(answer%theta, multipliers)
+      end if
+    end associate
+    call answer%take_bound(bound, size_of_answer)
+  end subroutine certify_foreign
 
-  !> Computes q (free_opening) and w = W z + q (opening) for forces that another part found, with closed anchors: z is 0 there,
+  !> Computes q (in `point`) and w = W z + q (opening) for forces that another part found, with closed anchors: z is 0 there,
   !> whatever `multipliers` are.
-  subroutine open_under(data, theta, multipliers, free_opening, opening)
-    class(condensed_data_t), intent(in) :: data
+  subroutine open_under(compliance, theta, multipliers, point, opening, is_possible)
+    class(compliance_t), target, intent(in) :: compliance
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    real(rk), contiguous, intent(out) :: free_opening(:)
-    real(rk), contiguous, intent(out) :: opening(:)
-    real(rk) :: forces(size(multipliers))
+    type(compliance_point_t), target, intent(inout) :: point
+    real(rk), contiguous, intent(inout) :: opening(:)
+    !> false: elastic constants are impossible, and nothing is computed
+    logical, intent(out) :: is_possible
+    real(rk), pointer, contiguous :: matrix(:, :)
 
-    call data%open_freely(theta, free_opening)
-    forces = multipliers
-    forces(data%anchors) = 0
-    opening = free_opening
-    call multiply(1.0_rk, data%compliance, forces, 1.0_rk, opening)
+    call compliance%evaluate(theta, point, is_possible)
+    if (.not. is_possible) return
+    matrix => compliance%matrix(point)
+    opening = point%opening
+    call multiply(1.0_rk, matrix, compliance%with_closed_anchors(multipliers), 1.0_rk, opening)
   end subroutine open_under
 
   !> Subtracts from W z the part that the openings of the anchors cause, so that the rest is W z with all anchors closed.
-  subroutine close_anchors(self, data, unknowns, closing)
-    class(condensed_certificate_t), intent(in) :: self
-    class(condensed_data_t), intent(in) :: data
+  subroutine close_anchors(compliance, unknowns, point, closing)
+    class(compliance_t), target, intent(in) :: compliance
     !> [force] the unknowns z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
-    !> [length] W z on the rows that are not anchors; in: with open anchors; out: with closed ones
+    type(compliance_point_t), target, intent(in) :: point
+    !> [length] W z; in: with open anchors; out: with closed ones, except in the rows of anchors
     real(rk), intent(inout) :: closing(:)
+    real(rk), pointer, contiguous :: matrix(:, :)
     integer :: i
 
-    do i = 1, size(data%anchors)
-      associate (anchor => data%anchors(i))
-        if (unknowns(anchor) > 0) closing = closing - unknowns(anchor) * data%compliance(self%free_rows, anchor)
+    matrix => compliance%matrix(point)
+    do i = 1, size(compliance%anchors)
+      associate (anchor => compliance%anchors(i))
+        if (unknowns(anchor) > 0) closing = closing - unknowns(anchor) * matrix(:, anchor)
       end associate
     end do
   end subroutine close_anchors

@@ -31,8 +31,8 @@ module sig_gradient
     real(rk), allocatable :: unknowns(:, :)
     !> [force] derivatives of the multipliers, shape (n_multipliers, n_parameters)
     real(rk), allocatable :: multipliers(:, :)
-    !> [length] derivatives of the distance by which each anchor closes (moves of sig_interpolated_data), in an interpolated part
-    !> only; shape (n_anchors, n_parameters)
+    !> [length] derivatives of the distance by which each anchor closes (anchor_moves of sig_body_compliance), in an interpolated
+    !> part only; shape (n_anchors, n_parameters)
     real(rk), allocatable :: moves(:, :)
     !> [length] derivatives of the coordinates of the modes, in an interpolated part only; shape (n_modes, n_parameters)
     real(rk), allocatable :: coordinates(:, :)

@@ -2,7 +2,6 @@
 !> Bodies that only contact holds, in a condensed problem: anchors, which are contacts that are taken as closed, hold them. To bound
 !> the error of contact forces that another part found, these bodies must first be moved to a suitable place.
 module sig_hanging_bodies
-  use sig_condensed_data, only: condensed_data_t
   use sig_force_balance, only: balance_forces, keep_balance
   use sig_kinds, only: rk
   use sig_linear_algebra, only: solve_dense
@@ -19,8 +18,7 @@ module sig_hanging_bodies
     real(rk), allocatable :: reach(:, :)
     !> [-] [N; 1]: work of each contact force on each free motion, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: work(:, :)
-    !> [length/force] diagonal of C of the others, and the scale of the anchors
-    real(rk), allocatable :: reach_of_force(:)
+    !> [length/force] scale of the anchors
     real(rk) :: scale = 1
   contains
     procedure :: create
@@ -32,31 +30,28 @@ module sig_hanging_bodies
 
 contains
 
-  !> Copies from a condensed problem the data of the anchors, and the diagonal of C, the compliance of the other rows with closed
-  !> anchors.
-  subroutine create(self, data, others)
+  !> Copies the data of the anchors.
+  subroutine create(self, anchors, scale, work)
     class(hanging_bodies_t), intent(out) :: self
-    class(condensed_data_t), intent(in) :: data
-    !> rows that are not anchors, 1-based
-    integer, intent(in) :: others(:)
-    integer :: i, t
+    !> rows that are anchors, 1-based
+    integer, intent(in) :: anchors(:)
+    !> [length/force] scale of the anchors
+    real(rk), intent(in) :: scale
+    !> [-] [N; 1], shape (n_multipliers, n_anchors)
+    real(rk), intent(in) :: work(:, :)
+    integer :: i
 
-    self%anchors = data%anchors
-    self%others = others
-    self%scale = data%scale
-    self%reach = data%compliance(others, data%anchors) / data%scale
-    self%reach_of_force = [(data%compliance(others(i), others(i)), i=1, size(others))]
-    allocate (self%work(size(data%compliance, 1), size(data%anchors)), source=0.0_rk)
-    self%work(others, :) = self%reach
-    do t = 1, size(data%anchors)
-      self%work(data%anchors(t), t) = 1
-    end do
+    self%anchors = anchors
+    self%others = pack([(i, i=1, size(work, 1))], [(all(anchors /= i), i=1, size(work, 1))])
+    self%scale = scale
+    self%work = work
+    self%reach = work(self%others, :)
   end subroutine create
 
   !> Whether forces balance the loads on the bodies that only contact holds, except for rounding.
   logical function are_balanced(self, free_opening, forces)
     class(hanging_bodies_t), intent(in) :: self
-    !> (D - B G) theta of the condensed problem, shape (n_multipliers); its rows of the anchors are the work of the loads times
+    !> q of the problem, shape (n_multipliers); its rows of the anchors are the work of the loads times
     !> `scale`
     real(rk), intent(in) :: free_opening(:)
     !> [force] >= 0 of all contacts, shape (n_multipliers)
@@ -117,8 +112,10 @@ contains
   !> with the loads again. The first projection has distributed forces over all contacts, also over open ones, and each of these
   !> forces adds lambda w to the bound. A contact counts as open if its opening is at least its force times the diagonal of C (for
   !> an anchor: times `scale`). If the remaining forces cannot balance the loads, all forces stay.
-  subroutine release(self, opening, forces)
+  subroutine release(self, diagonal, opening, forces)
     class(hanging_bodies_t), intent(in) :: self
+    !> [length/force] diagonal of C of the other rows
+    real(rk), intent(in) :: diagonal(:)
     !> [length] openings of the other rows, C lambda + q with closed anchors
     real(rk), intent(in) :: opening(:)
     !> [force] >= 0 of all contacts, in balance
@@ -131,7 +128,7 @@ contains
 
     s = self%place(forces, opening)
     is_closed(self%anchors) = forces(self%anchors) > s / self%scale
-    is_closed(self%others) = forces(self%others) * self%reach_of_force > opening + matmul(self%reach, s)
+    is_closed(self%others) = forces(self%others) * diagonal > opening + matmul(self%reach, s)
     rows = pack([(i, i=1, size(forces))], is_closed)
     rest = forces(rows)
     call balance_forces(self%work(rows, :), matmul(forces, self%work), rest, is_balanced)

@@ -50,7 +50,6 @@ contains
     !> the model; its fallback has been moved away
     type(model_t), intent(inout) :: model
     type(term_values_t) :: terms
-    class(reduced_t), pointer :: judge
     character(:), allocatable :: message
     logical, allocatable :: is_closed(:, :)
     integer :: k
@@ -58,16 +57,13 @@ contains
     call online%prepare(message)
     if (.not. allocated(message)) call terms%create(model%terms, message)
     if (allocated(message)) return
-    judge => null()
-    k = model%fallback()
-    if (k > 0) judge => online%model%parts(k)%reduced
     call find_closed(model, is_closed)
     do k = 1, model%n_clusters()
       select type (part => online%model%parts(k)%reduced)
       type is (reduced_hhr_t)
         select type (filled => model%parts(k)%reduced)
         type is (reduced_hhr_t)
-          call answer_points(part, terms, model%training_points, is_closed, judge, filled%data%start_sets)
+          call answer_points(part, terms, model%training_points, is_closed, online%model, filled%data%start_sets)
         end select
       end select
     end do
@@ -75,7 +71,7 @@ contains
   end subroutine fill_from
 
   !> Computes the active sets of one cluster's answers at all training points; a set is empty where there is no answer.
-  subroutine answer_points(part, terms, points, is_closed, judge, sets)
+  subroutine answer_points(part, terms, points, is_closed, model, sets)
     !> the part, after prepare; its start_sets are overwritten
     type(reduced_hhr_t), intent(inout) :: part
     type(term_values_t), intent(inout) :: terms
@@ -83,8 +79,8 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> result of find_closed, shape (n_multipliers, n_points)
     logical, intent(in) :: is_closed(:, :)
-    !> the fallback, whose energy decides between two solutions; null: the model has none
-    class(reduced_t), pointer, intent(in) :: judge
+    !> its fallback, if it has one, decides between two solutions by their energy
+    type(model_t), intent(in) :: model
     !> active sets as bits (pack_bits), shape (n_words(n_rows), n_points)
     integer, allocatable, intent(out) :: sets(:, :)
     class(room_t), allocatable :: room
@@ -100,7 +96,11 @@ contains
       call terms%evaluate(points(:, i), theta, is_valid, i_source)
       call answer%start(1, size(theta), part%data%n_modes, part%data%n_rows, size(is_closed, 1))
       call pack_bits(is_closed(part%data%contact_rows, i), part%data%start_sets(:, 1))
-      if (is_valid) call part%solve(theta, neighbors_t(1, 2), judge, room, answer)
+      if (is_valid .and. model%has_fallback) then
+        call part%solve(theta, neighbors_t(1, 2), room, answer, model%parts(model%fallback())%reduced)
+      else if (is_valid) then
+        call part%solve(theta, neighbors_t(1, 2), room, answer)
+      end if
       call pack_bits(answer%is_active, sets(:, i))
     end do
   end subroutine answer_points

@@ -1,13 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Makes trained reduced models the parts of a model.
 module sig_model_parts
+  use sig_compliance, only: compliance_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_hhr_data, only: hhr_data_t
   use sig_model, only: model_t
   use sig_reduced, only: part_t, reduced_t
   use sig_reduced_hhr, only: reduced_hhr_t
   implicit none(type, external)
   private
-  public :: set_clusters, set_fallback, cluster_of
+  public :: set_clusters, set_fallback, cluster_of, compliance_of
 
 contains
 
@@ -64,4 +66,17 @@ contains
       cluster => part%data
     end select
   end function cluster_of
+
+  !> Returns a pointer to the compliance of part k (1-based) of the model if this part is condensed; otherwise null.
+  function compliance_of(model, k) result(compliance)
+    type(model_t), target, intent(in) :: model
+    integer, intent(in) :: k
+    class(compliance_t), pointer :: compliance
+
+    compliance => null()
+    select type (part => model%parts(k)%reduced)
+    type is (condensed_model_t)
+      compliance => part%compliance
+    end select
+  end function compliance_of
 end module sig_model_parts

@@ -7,7 +7,7 @@ module sig_query
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound
-  use sig_reduced, only: neighbors_t, reduced_t
+  use sig_reduced, only: neighbors_t
   use sig_rooms, only: rooms_t
   use sig_term_derivatives, only: differentiate_terms, term_failure_t
   use sig_term_set, only: term_set_t
@@ -170,7 +170,7 @@ contains
       chosen%theta = answer%theta
       chosen%is_inside_box = answer%is_inside_box
       call online%nearest_point(point, near%nearest, chosen%distance)
-      call part%solve(chosen%theta, near, null_judge(), self%rooms%of_part(i)%room, chosen)
+      call part%solve(chosen%theta, near, self%rooms%of_part(i)%room, chosen)
     end associate
     if (chosen%reason <= 0) chosen = answer
   end subroutine choose_answer
@@ -180,17 +180,18 @@ contains
   !> Requires: answer%start was called, and answer%theta is set.
   subroutine answer_at(self, online, near, answer)
     class(query_t), intent(inout) :: self
-    type(online_model_t), intent(in), target :: online
+    type(online_model_t), intent(in) :: online
     type(neighbors_t), intent(in) :: near
     type(answer_t), intent(inout) :: answer
-    class(reduced_t), pointer :: judge
     integer :: fallback
 
     fallback = online%model%fallback()
-    judge => null()
-    if (fallback > 0) judge => online%model%parts(fallback)%reduced
-    associate (part => online%model%parts(answer%cluster)%reduced)
-      call part%solve(answer%theta, near, judge, self%rooms%of_part(answer%cluster)%room, answer)
+    associate (part => online%model%parts(answer%cluster)%reduced, room => self%rooms%of_part(answer%cluster)%room)
+      if (fallback > 0) then
+        call part%solve(answer%theta, near, room, answer, online%model%parts(fallback)%reduced)
+      else
+        call part%solve(answer%theta, near, room, answer)
+      end if
     end associate
     if (answer%reason > 0) call certify(self, online, answer)
     if (answer%reason > 0 .and. is_certain(online, answer)) return
@@ -258,7 +259,7 @@ contains
     answer%part = online%model%fallback()
     call answer%drop_bounds()
     associate (part => online%model%parts(answer%part)%reduced, room => self%rooms%of_part(answer%part)%room)
-      call part%solve(answer%theta, near, null_judge(), room, answer)
+      call part%solve(answer%theta, near, room, answer)
       answer%n_iterations = n_iterations + answer%n_iterations
       if (answer%reason < 0) return
       call certify(self, online, answer)
@@ -268,13 +269,6 @@ contains
       call cluster%displace_under(self%rooms%of_part(answer%cluster)%room, answer)
     end associate
   end subroutine fall_back
-
-  !> Returns a null pointer: no part decides between two solutions.
-  function null_judge() result(judge)
-    class(reduced_t), pointer :: judge
-
-    judge => null()
-  end function null_judge
 
   !> Frees the expressions and the work arrays; it may be called without create.
   subroutine destroy(self)

@@ -54,6 +54,7 @@ module sig_reduced
     procedure(write_part), deferred :: write
     procedure(read_part), deferred :: read
     procedure(text_lines), deferred :: describe
+    procedure, non_overridable :: ask
     ! functions that a kind may offer in addition
     procedure :: cells => no_indices
     procedure :: interior_dofs => no_indices
@@ -124,7 +125,7 @@ module sig_reduced
 
     !> Answers at a point with given values of the terms. If there is no answer, answer%reason < 0 says why. The start depends on
     !> the point alone, so that an answer that is not unique does not depend on the query before.
-    subroutine solve_at(self, theta, near, judge, room, answer)
+    subroutine solve_at(self, theta, near, room, answer, judge)
       import :: answer_t, neighbors_t, reduced_t, rk, room_t
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
@@ -132,12 +133,12 @@ module sig_reduced
       real(rk), contiguous, intent(in) :: theta(:)
       !> training points near the point
       type(neighbors_t), intent(in) :: near
-      !> part of all contacts whose energy decides which of two solutions is better; null = there is none
-      class(reduced_t), pointer, intent(in) :: judge
       !> work arrays from create_room
       class(room_t), intent(inout) :: room
       !> in: after start; out: reason, method, multipliers and the values that belong to them
       type(answer_t), intent(inout) :: answer
+      !> part of all contacts whose energy decides which of two solutions is better, in a kind that may find two
+      class(reduced_t), intent(in), optional :: judge
     end subroutine solve_at
 
     !> Computes the forces of all contacts from an answer of this part.
@@ -220,6 +221,23 @@ module sig_reduced
 
 contains
 
+  !> Answers at a point as training does, from the active set of a training point. Requires: is_exact.
+  subroutine ask(self, theta, nearest, room, answer)
+    class(reduced_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> number of the training point, 1-based
+    integer, intent(in) :: nearest
+    !> work arrays from create_room
+    class(room_t), intent(inout) :: room
+    !> answer%reason < 0 says why there is no answer
+    type(answer_t), intent(inout) :: answer
+
+    call answer%start(1, size(theta), self%n_modes(), self%n_rows(), self%n_rows())
+    answer%theta = theta
+    call self%solve(theta, neighbors_t(nearest=nearest), room, answer)
+  end subroutine ask
+
   !> Returns an empty list. This is the default of three functions: `cells` (cells of the reduced integration domain),
   !> `interior_dofs` (dofs that have an equation), and `training_points` (training points whose snapshots a cluster has).
   pure function no_indices(self) result(numbers)
@@ -282,14 +300,12 @@ contains
 
   !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of contact forces lambda. Of all lambda >= 0, those of
   !> the full-order problem have the least energy. This default, for a kind without W, returns 0.
-  real(rk) function energy_unknown(self, theta, multipliers, opening) result(energy)
+  real(rk) function energy_unknown(self, theta, multipliers) result(energy)
     class(reduced_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of all contacts, shape (n_multipliers)
     real(rk), contiguous, intent(in) :: multipliers(:)
-    !> work array, shape (n_multipliers)
-    real(rk), contiguous, intent(inout) :: opening(:)
 
     energy = 0
   end function energy_unknown

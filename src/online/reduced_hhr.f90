@@ -113,21 +113,21 @@ contains
   !> Solves the complementarity problem of the domain. A solution without contact forces does not count as an answer if some contact
   !> must touch (reason_blind, from is_blind). Without a solution the reason is that of solve_lcp or, if the stiffness depends on
   !> the parameters, reason_no_material or reason_singular. Arguments: solve_at in sig_reduced.
-  subroutine solve(self, theta, near, judge, room, answer)
+  subroutine solve(self, theta, near, room, answer, judge)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     type(neighbors_t), intent(in) :: near
-    class(reduced_t), pointer, intent(in) :: judge
     class(room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
 
     select type (room)
     type is (hhr_room_t)
       if (self%data%varying%is_there()) then
-        call solve_varying(self, theta, near, judge, room, answer)
+        call solve_varying(self, theta, near, room, answer, judge)
       else
         call multiply(1.0_rk, self%system%response, theta, 0.0_rk, room%response)
-        call solve_from_sets(self, self%system, theta, near, judge, room, answer)
+        call solve_from_sets(self, self%system, theta, near, room, answer, judge)
       end if
       if (answer%reason < 0) return
       call count_hhr_motions(self%data, self%fit, room, answer)
@@ -137,33 +137,33 @@ contains
   end subroutine solve
 
   !> Makes the equations (10) of the point, where the stiffness depends on the parameters, and solves them (solve_from_sets).
-  subroutine solve_varying(self, theta, near, judge, room, answer)
+  subroutine solve_varying(self, theta, near, room, answer, judge)
     class(reduced_hhr_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     type(neighbors_t), intent(in) :: near
-    class(reduced_t), pointer, intent(in) :: judge
     type(hhr_room_t), target, intent(inout) :: room
     type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
 
     answer%reason = reason_no_material
     if (.not. self%data%varying%has_material(theta)) return
     call room%system%assemble(self%data, theta, room%response, room%is_singular)
     answer%reason = reason_singular
-    if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, judge, room, answer)
+    if (.not. room%is_singular) call solve_from_sets(self, room%system, theta, near, room, answer, judge)
   end subroutine solve_varying
 
   !> Solves from the active set of the nearest training point; without this set from the rows with a negative q, which penetrate
   !> without contact forces. If there is an answer, and the set of near%opposite is known and differs, it looks for a second
   !> solution from that set.
-  subroutine solve_from_sets(self, system, theta, near, judge, room, answer)
+  subroutine solve_from_sets(self, system, theta, near, room, answer, judge)
     class(reduced_hhr_t), intent(in) :: self
     !> system whose response is in the room
     type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
     type(neighbors_t), intent(in) :: near
-    class(reduced_t), pointer, intent(in) :: judge
     type(hhr_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
     integer :: n_iterations
 
     associate (n => self%data%n_rows, sets => self%data%start_sets)
@@ -180,7 +180,7 @@ contains
       n_iterations = answer%n_iterations
       call unpack_bits(sets(:, near%opposite), room%start)
       call swap_roles(system%anchors, room%start)
-      call look_for_other(self, system, theta, judge, room, answer)
+      call look_for_other(self, system, theta, room, answer, judge)
       answer%n_iterations = n_iterations + room%other_solution%n_iterations
     end associate
   end subroutine solve_from_sets
@@ -191,21 +191,21 @@ contains
   !> (10) may have several solutions, because its matrix is neither symmetric nor a P-matrix. The full-order forces lambda are the
   !> minimum of E(lambda) = 1/2 lambda' W lambda + q' lambda over lambda >= 0, with W and q of all contacts. For other forces
   !> lambda_r >= 0, E(lambda_r) - E(lambda) = 1/2 (lambda_r - lambda)' W (lambda_r - lambda) + lambda_r' w(lambda) >= 0.
-  subroutine look_for_other(self, system, theta, judge, room, answer)
+  subroutine look_for_other(self, system, theta, room, answer, judge)
     class(reduced_hhr_t), intent(in) :: self
     type(hhr_system_t), intent(in) :: system
     real(rk), contiguous, intent(in) :: theta(:)
-    class(reduced_t), pointer, intent(in) :: judge
     !> in: response of the point; `solution` is the first solution, and `start` is the other active set
     type(hhr_room_t), intent(inout) :: room
     type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
     real(rk) :: energy
     logical :: is_found
 
     call find_other_solution(system%condensed, room%response(:self%data%n_rows), room%start, room%solution, &
       room%other_solution, room%workspace, is_found)
     if (.not. is_found) return
-    if (associated(judge)) then
+    if (present(judge)) then
       energy = force_energy(self, system, theta, judge, room%solution, room)
       if (force_energy(self, system, theta, judge, room%other_solution, room) < energy) &
         call take(system, room, room%other_solution, answer)
@@ -225,7 +225,7 @@ contains
     call system%forces_of(solution%lambda, room%response, room%forces, room%held_forces)
     call system%coordinates(room%response, room%held_forces, room%coordinates)
     call self%fit%evaluate(self%data, theta, room%coordinates, room%forces, room%fit, room%multipliers)
-    energy = judge%energy(theta, room%multipliers, room%opening)
+    energy = judge%energy(theta, room%multipliers)
   end function force_energy
 
   !> Computes the forces of all contacts: the answer's forces in the domain, the fit elsewhere (evaluate of sig_multiplier_fit). If

@@ -15,7 +15,7 @@ module sig_tied
   use sig_linear_solver, only: constrain, linear_solver_t
   use sig_petsc_support, only: multiply_block
   use sig_reasons, only: reason_converged
-  use sig_tied_data, only: row_changing, row_closed
+  use sig_tied_compliance, only: row_changing, row_closed
   use petsc
   implicit none(type, external)
   private
@@ -66,7 +66,7 @@ contains
   !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
   subroutine solve_tied(system, status, dofs, patterns, response, ierr)
     type(contact_system_t), intent(inout) :: system
-    !> row_closed, row_changing or row_open (sig_tied_data) of each row, shape (n_rows)
+    !> row_closed, row_changing or row_open (sig_tied_compliance) of each row, shape (n_rows)
     integer, intent(in) :: status(:)
     !> dofs whose displacements are wanted, natural
     integer, intent(in) :: dofs(:)

@@ -1,10 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Adds to report.yaml what the stages of a study found.
 module sig_reporting
+  use sig_body_compliance, only: body_compliance_t
+  use sig_compliance, only: compliance_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_contact_state, only: contact_state_t, residuals_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_kinds, only: rk
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_hhr_data, only: hhr_data_t
   use sig_hhr_description, only: hats_text
   use sig_model, only: model_t
@@ -12,9 +16,7 @@ module sig_reporting
   use sig_reactions, only: reaction_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
-  use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_run_report, only: run_report_t
   use sig_selection, only: selection_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -140,20 +142,31 @@ contains
     select type (part)
     type is (reduced_hhr_t)
       call report_cluster(part%data, group, report)
-    type is (reduced_condensed_t)
+    type is (condensed_model_t)
       call report%add(group // 'n_contact_rows', part%n_rows())
-      call report%add(group // 'n_reference_sets', size(part%reference_points))
-    type is (reduced_interpolated_t)
-      call report%add(group // 'n_contact_rows', part%n_rows())
-      call report%add(group // 'n_factorizations', part%n_factorizations)
-      call report%add(group // 'largest_error', part%measured_error)
-      call report%add(group // 'worst_training_point', part%worst_point)
-      ! without one the largest error is an estimate for other points
-      call report%add(group // 'has_bound', part%has_bound())
+      call report_compliance(part%compliance, group, report)
     class default
       call report%add(group // 'n_contact_rows', part%n_rows())
     end select
   end subroutine report_part
+
+  subroutine report_compliance(compliance, group, report)
+    class(compliance_t), intent(in) :: compliance
+    !> with its last slash
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+
+    select type (compliance)
+    type is (fixed_compliance_t)
+      call report%add(group // 'n_reference_sets', size(compliance%pivots%reference_points))
+    type is (body_compliance_t)
+      call report%add(group // 'n_factorizations', compliance%n_factorizations)
+      call report%add(group // 'largest_error', compliance%measured_error)
+      call report%add(group // 'worst_training_point', compliance%worst_point)
+      ! without one the largest error is an estimate for other points
+      call report%add(group // 'has_bound', compliance%has_bound())
+    end select
+  end subroutine report_compliance
 
   subroutine report_cluster(cluster, group, report)
     type(hhr_data_t), intent(in) :: cluster

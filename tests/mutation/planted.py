@@ -141,9 +141,9 @@ PLANTED = [
         "distances to cells count layers instead of sides of the box",
     ),
     Planted(
-        SRC + "online/condensed_displacement.f90",
-        "displacement - dot_product(data%contact_response(i_exact, :), unknowns)",
-        "displacement + dot_product(data%contact_response(i_exact, :), unknowns)",
+        SRC + "online/fixed_compliance.f90",
+        "displacement - dot_product(self%contact_response(i_exact, :), unknowns)",
+        "displacement + dot_product(self%contact_response(i_exact, :), unknowns)",
         "the displacement at one dof of a condensed answer has the wrong sign of the contact forces",
     ),
     Planted(
@@ -564,9 +564,9 @@ PLANTED = [
         "bounds of displacements a hundred times too large: what is left of like columns is full of rounding",
     ),
     Planted(
-        SRC + "online/reduced_interpolated.f90",
-        "2 * room%residual + sqrt(stiffest)",
-        "0 * room%residual + sqrt(stiffest)",
+        SRC + "online/body_compliance.f90",
+        "2 * point%residual + sqrt(stiffest)",
+        "0 * point%residual + sqrt(stiffest)",
         "bounds of displacements below their error where bodies have several interpolated constants",
         further="verification.test_interpolated_stiffness",
     ),

@@ -11,8 +11,10 @@
 program check_certificate
   use, intrinsic :: iso_fortran_env, only: error_unit
   use sig_answer, only: answer_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_dense_kernels, only: factor_cholesky, solve_cholesky
   use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_kinds, only: rk
   use sig_lifted_certificate, only: lifted_certificate_t
   use sig_model_file, only: read_model
@@ -21,7 +23,6 @@ program check_certificate
   use sig_random_numbers, only: random_t
   use sig_reasons, only: reason_linear_solver
   use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_condensed, only: reduced_condensed_t
   use sig_reduced_hhr, only: reduced_hhr_t
   use sig_statistics, only: statistics_t, summarize
   implicit none(type, external)
@@ -142,33 +143,44 @@ contains
   subroutine check_answer(answer)
     type(answer_t), intent(inout) :: answer
     class(room_t), allocatable :: room
-    class(reduced_t), pointer :: judge
-    type(answer_t) :: exact
 
-    judge => null()
     select type (part => reference%model%parts(i_exact)%reduced)
-    type is (reduced_condensed_t)
-      exact = answer
+    type is (condensed_model_t)
       call part%create_room(room)
-      if (size(exact%multipliers) <= most_solved_anew) then
-        call part%solve(answer%theta, neighbors_t(), judge, room, exact)
-      else
-        call solve_on_closed(part, exact)
-      end if
-      if (exact%reason < 0) then
-        n_unsolved = n_unsolved + 1
+      select type (fixed => part%compliance)
+      type is (fixed_compliance_t)
+        call check_against(part, fixed, room, answer)
         return
-      end if
-      if (answer%bound >= 0) call compare(part, exact%multipliers, answer%multipliers, answer%bound, records(1))
-      if (size(part%anchors) == 0) call check_spoiled(part, room, exact%multipliers, answer)
-    class default
-      call give_up('the model has no operator of all contacts')
+      end select
     end select
+    call give_up('the model has no operator of all contacts')
   end subroutine check_answer
 
+  subroutine check_against(part, fixed, room, answer)
+    type(condensed_model_t), intent(in) :: part
+    !> its compliance
+    type(fixed_compliance_t), intent(in) :: fixed
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    type(answer_t) :: exact
+
+    exact = answer
+    if (size(exact%multipliers) <= most_solved_anew) then
+      call part%solve(answer%theta, neighbors_t(), room, exact)
+    else
+      call solve_on_closed(fixed, exact)
+    end if
+    if (exact%reason < 0) then
+      n_unsolved = n_unsolved + 1
+      return
+    end if
+    if (answer%bound >= 0) call compare(fixed, exact%multipliers, answer%multipliers, answer%bound, records(1))
+    if (size(fixed%anchors) == 0) call check_spoiled(part, fixed, room, exact%multipliers, answer)
+  end subroutine check_against
+
   !> Requires: no body that only contact holds.
-  subroutine solve_on_closed(part, exact)
-    type(reduced_condensed_t), intent(in) :: part
+  subroutine solve_on_closed(fixed, exact)
+    type(fixed_compliance_t), intent(in) :: fixed
     !> in: forces of a query, and its terms
     type(answer_t), intent(inout) :: exact
     real(rk), allocatable :: factor(:, :), forces(:)
@@ -176,8 +188,8 @@ contains
     integer :: i, info
 
     closed = pack([(i, i=1, size(exact%multipliers))], exact%multipliers > 0)
-    factor = part%compliance(closed, closed)
-    forces = -matmul(part%free_opening(closed, :), exact%theta)
+    factor = fixed%compliance(closed, closed)
+    forces = -matmul(fixed%free_opening(closed, :), exact%theta)
     call factor_cholesky(size(closed), factor, info)
     if (info == 0) call solve_cholesky(size(closed), factor, forces)
     if (info /= 0 .or. any(forces < -rounding * maxval(abs(forces)))) then
@@ -187,8 +199,9 @@ contains
     end if
   end subroutine solve_on_closed
 
-  subroutine check_spoiled(part, room, exact, answer)
-    type(reduced_condensed_t), intent(in) :: part
+  subroutine check_spoiled(part, fixed, room, exact, answer)
+    type(condensed_model_t), intent(in) :: part
+    type(fixed_compliance_t), intent(in) :: fixed
     class(room_t), intent(inout) :: room
     real(rk), intent(in) :: exact(:)
     type(answer_t), intent(inout) :: answer
@@ -200,13 +213,13 @@ contains
     do k = 2, n_kinds
       spoiled = spoil(exact, k)
       if (lifted(answer%cluster)%is_there) then
-        bound = lifted(answer%cluster)%bound%evaluate(spoiled, matmul(part%compliance, spoiled) + &
-          matmul(part%free_opening, answer%theta))
+        bound = lifted(answer%cluster)%bound%evaluate(spoiled, matmul(fixed%compliance, spoiled) + &
+          matmul(fixed%free_opening, answer%theta))
       else
         call part%certify(spoiled, .false., room, answer)
         bound = answer%bound
       end if
-      call compare(part, exact, spoiled, bound, records(k))
+      call compare(fixed, exact, spoiled, bound, records(k))
     end do
   end subroutine check_spoiled
 
@@ -234,30 +247,29 @@ contains
     end select
   end function spoil
 
-  subroutine compare(part, exact, forces, bound, record)
-    type(reduced_condensed_t), intent(in) :: part
+  subroutine compare(fixed, exact, forces, bound, record)
+    type(fixed_compliance_t), intent(in) :: fixed
     real(rk), intent(in) :: exact(:)
     real(rk), intent(in) :: forces(:)
     real(rk), intent(in) :: bound
     type(record_t), intent(inout) :: record
     real(rk) :: error, whole
 
-    error = norm_of(part, forces - exact)
-    whole = max(norm_of(part, exact), 1.0e-3_rk * part%largest_size)
+    error = norm_of(fixed, forces - exact)
+    whole = max(norm_of(fixed, exact), 1.0e-3_rk * fixed%largest_size)
     record%n_points = record%n_points + 1
     if (.not. bound >= error - rounding * whole) record%n_violations = record%n_violations + 1
     if (error > smallest_error * whole) record%effectivities = [record%effectivities, bound / error]
   end subroutine compare
 
-  real(rk) function norm_of(part, forces)
-    type(reduced_condensed_t), intent(in) :: part
+  real(rk) function norm_of(fixed, forces)
+    type(fixed_compliance_t), intent(in) :: fixed
     real(rk), intent(in) :: forces(:)
-
     real(rk) :: elastic(size(forces))
 
     elastic = forces
-    elastic(part%anchors) = 0
-    norm_of = sqrt(max(0.0_rk, dot_product(elastic, matmul(part%compliance, elastic))))
+    elastic(fixed%anchors) = 0
+    norm_of = sqrt(max(0.0_rk, dot_product(elastic, matmul(fixed%compliance, elastic))))
   end function norm_of
 
   subroutine print_table()

@@ -9,7 +9,7 @@ module sig_body_nodes
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: team_t
   use sig_holding, only: anchors_t
-  use sig_interpolated_data, only: interpolated_data_t
+  use sig_body_data, only: body_data_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
@@ -38,7 +38,7 @@ contains
     type(body_constants_t), intent(in) :: constants
     integer, intent(in) :: i_body
     !> exact_dofs must be set, and bodies allocated
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     logical, allocatable :: is_own(:)
     integer :: i
 
@@ -78,7 +78,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> number of the round, from 0 on
     integer, intent(in) :: i_round
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     integer :: i
 
     do i = 1, size(constants)
@@ -94,7 +94,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(inout) :: joined
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
@@ -127,7 +127,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(in) :: joined
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     type(responses_t), intent(out) :: responses
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -159,7 +159,7 @@ contains
     type(team_t), intent(inout) :: team
     type(responses_t), intent(in) :: responses
     integer, intent(in) :: i_body
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: values(:, :)
     logical, allocatable :: is_own(:)
@@ -212,7 +212,7 @@ contains
     type(anchors_t), intent(in) :: anchors
     !> [length/force] shape (n_multipliers, n_multipliers)
     real(rk), intent(in) :: compliance(:, :)
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     integer :: i
     real(rk) :: mean
 

@@ -4,12 +4,13 @@
 !> the whole model, or the fallback where a hyper-reduced model has no answer.
 module sig_condensed_training
   use sig_condensed, only: condensed_t
-  use sig_condensed_data, only: condensed_data_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
   use sig_contact_field, only: contact_field_t
   use sig_contact_field_training, only: add_contact_field, measure_displacements
   use sig_contact_responses, only: columns_at_once
   use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
@@ -18,7 +19,7 @@ module sig_condensed_training
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
-  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_kinds, only: fixed_of
   use sig_reference_check, only: drop_inaccurate_references
   use sig_reference_sets, only: choose_references, start_sets_of
   use sig_text, only: short_number
@@ -41,7 +42,8 @@ contains
     !> the fallback; not allocated where there is none
     class(reduced_t), allocatable, intent(out) :: part
     PetscErrorCode, intent(out) :: ierr
-    type(reduced_condensed_t), allocatable :: reduced
+    type(condensed_model_t), allocatable :: model
+    type(fixed_compliance_t), allocatable :: fixed
     type(displacement_plan_t) :: plan
     character(:), allocatable :: reason
     integer :: i
@@ -57,14 +59,16 @@ contains
     allocate (plan%boundaries(0), plan%exact_dofs(0))
     if (all_dofs_fit(full_order%problem)) &
       plan%exact_dofs = [(i, i=1, full_order%problem%mesh%n_dim * full_order%problem%mesh%n_nodes)]
-    PetscCall(condense(full_order, plan, reduced, ierr))
-    if (.not. allocated(reduced)) then
+    PetscCall(condense(full_order, plan, fixed, ierr))
+    if (.not. allocated(fixed)) then
       call warn_of_no_fallback('the stiffness cannot be factored')
       return
     end if
-    call measure_forces(multipliers, reduced)
-    call drop_idle_terms(reduced)
-    call move_alloc(reduced, part)
+    call measure_forces(multipliers, fixed)
+    call drop_idle_terms(fixed)
+    allocate (model)
+    call move_alloc(fixed, model%compliance)
+    call move_alloc(model, part)
   end subroutine condense_fallback
 
   !> Warns in the log that the model has no full-order operator.
@@ -90,36 +94,41 @@ contains
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(reduced_condensed_t), allocatable :: reduced
+    type(condensed_model_t), allocatable, target :: model
+    type(fixed_compliance_t), allocatable :: condensed
+    type(fixed_compliance_t), pointer :: fixed
     type(displacement_plan_t) :: plan
     real(rk) :: field_error
 
     plan = plan_displacements(full_order%problem)
-    PetscCall(condense(full_order, plan, reduced, ierr))
-    if (.not. allocated(reduced)) return
-    reduced%start_sets = start_sets_of(snapshots%forces(), reduced%anchors)
-    call measure_forces(snapshots%forces(), reduced)
-    call choose_references(full_order%problem%deck%reduction%max_transforms_size, reduced, error)
-    call drop_inaccurate_references(full_order%problem, snapshots, reduced)
+    PetscCall(condense(full_order, plan, condensed, ierr))
+    if (.not. allocated(condensed)) return
+    allocate (model)
+    call move_alloc(condensed, model%compliance)
+    fixed => fixed_of(model)
+    fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
+    call measure_forces(snapshots%forces(), fixed)
+    call choose_references(full_order%problem%deck%reduction%max_transforms_size, fixed, error)
+    call drop_inaccurate_references(full_order%problem, snapshots, model)
     if (plan%has_modes) then
-      PetscCall(add_contact_field(full_order, snapshots, reduced, field_error, ierr))
-      PetscCall(replace_field(full_order, field_error, reduced, ierr))
+      PetscCall(add_contact_field(full_order, snapshots, model, field_error, ierr))
+      PetscCall(replace_field(full_order, field_error, fixed, ierr))
     else if (size(plan%exact_dofs) > 0) then
-      PetscCall(measure_displacements(full_order%problem, snapshots, reduced, ierr))
+      PetscCall(measure_displacements(full_order%problem, snapshots, model, ierr))
     end if
-    call drop_idle_terms(reduced)
-    call move_alloc(reduced, part)
+    call drop_idle_terms(fixed)
+    call move_alloc(model, part)
   end subroutine train_condensed
 
   !> Keeps the responses of all dofs as they are where modes or compressed responses miss reduction.displacement_tolerance, if they
   !> have room; else it warns. Single precision is not enough where parts of a displacement are far larger than their sum.
   !> Collective on all ranks.
-  subroutine replace_field(full_order, error, reduced, ierr)
+  subroutine replace_field(full_order, error, fixed, ierr)
     type(full_order_t), intent(inout) :: full_order
     !> [-] largest error of displacements
     real(rk), intent(in) :: error
     !> its free responses are those of all dofs
-    type(reduced_condensed_t), intent(inout) :: reduced
+    type(fixed_compliance_t), intent(inout) :: fixed
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
@@ -129,7 +138,7 @@ contains
     associate (problem => full_order%problem, tolerance => full_order%problem%deck%reduction%displacement_tolerance)
       if (error <= tolerance) return
       if (problem%deck%reduction%displacement%type /= 'auto' .or. .not. all_dofs_fit(problem)) then
-        call log_warning('displacements ' // reduced%field%describe() // ' have an error in energy of up to ' // &
+        call log_warning('displacements ' // fixed%field%describe() // ' have an error in energy of up to ' // &
           short_number(error, 2) // ', more than reduction.displacement_tolerance (' // short_number(tolerance, 2) // ')')
         return
       end if
@@ -137,17 +146,17 @@ contains
         '): the responses of all nodes are kept as they are')
       PetscCall(full_order%ready_team(team, ierr))
       PetscCall(team%solver%condense(condensed, ierr))
-      reduced%exact_dofs = [(i, i=1, problem%mesh%n_dim * problem%mesh%n_nodes)]
-      reduced%field = contact_field_t()
-      call reduced%field%complete(size(reduced%exact_dofs), problem%rows%n_rows)
-      PetscCall(share_contact_response(team, condensed, reduced%exact_dofs, reduced%contact_response, ierr))
-      PetscCall(broadcast_columns(reduced%contact_response, PETSC_COMM_WORLD, ierr))
+      fixed%exact_dofs = [(i, i=1, problem%mesh%n_dim * problem%mesh%n_nodes)]
+      fixed%field = contact_field_t()
+      call fixed%field%complete(size(fixed%exact_dofs), problem%rows%n_rows)
+      PetscCall(share_contact_response(team, condensed, fixed%exact_dofs, fixed%contact_response, ierr))
+      PetscCall(broadcast_columns(fixed%contact_response, PETSC_COMM_WORLD, ierr))
     end associate
   end subroutine replace_field
 
   !> Leaves out the last terms that displace no dof, such as the gaps of a moving obstacle, one for each node.
   pure subroutine drop_idle_terms(data)
-    class(condensed_data_t), intent(inout) :: data
+    type(fixed_compliance_t), intent(inout) :: data
     integer :: n
 
     n = size(data%free_response, 2)
@@ -160,11 +169,11 @@ contains
 
   !> Takes from the condensed solver W and q, and the displacements G (per term) and H (per contact force) of the dofs with exact
   !> displacements. Collective on all ranks, with the same result on each.
-  subroutine condense(full_order, plan, reduced, ierr)
+  subroutine condense(full_order, plan, fixed, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(displacement_plan_t), intent(in) :: plan
     !> not allocated where the stiffness could not be factored
-    type(reduced_condensed_t), allocatable, intent(out) :: reduced
+    type(fixed_compliance_t), allocatable, intent(out) :: fixed
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
@@ -172,8 +181,8 @@ contains
     PetscCall(full_order%ready_team(team, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
     if (condensed%reason /= reason_converged) return
-    allocate (reduced)
-    associate (problem => full_order%problem, data => reduced)
+    allocate (fixed)
+    associate (problem => full_order%problem, data => fixed)
       data%compliance = condensed%compliance
       data%free_opening = condensed%free_opening
       data%anchors = condensed%anchors%rows
@@ -185,7 +194,7 @@ contains
       PetscCall(share_rows(team, condensed%free_response, size(condensed%free_response, 2), plan%exact_dofs, data%free_response, ierr))
       PetscCall(share_contact_response(team, condensed, plan%exact_dofs, data%contact_response, ierr))
     end associate
-    PetscCall(agree(reduced, ierr))
+    PetscCall(agree(fixed, ierr))
   end subroutine condense
 
   !> Returns some rows of H on every rank; solves for H only if there are any. Collective on the ranks of the team.
@@ -241,7 +250,7 @@ contains
   !> Gives every rank W, q, G, H and the energies of the first rank, because groups of ranks condense on their own and may differ by
   !> rounding. Collective on all ranks.
   subroutine agree(data, ierr)
-    class(condensed_data_t), intent(inout) :: data
+    type(fixed_compliance_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(broadcast_columns(data%compliance, PETSC_COMM_WORLD, ierr))
@@ -257,7 +266,7 @@ contains
   subroutine measure_forces(multipliers, data)
     !> [force] shape (n_multipliers, n_points)
     real(rk), intent(in) :: multipliers(:, :)
-    class(condensed_data_t), intent(inout) :: data
+    type(fixed_compliance_t), intent(inout) :: data
     real(rk) :: forces(size(multipliers, 1)), closing(size(multipliers, 1))
     integer :: i
 

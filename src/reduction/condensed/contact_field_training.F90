@@ -6,17 +6,19 @@
 !> Half of the probes help to choose the modes. The other half measures them, because modes are always good where they come from.
 module sig_contact_field_training
   use sig_condensed, only: condensed_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_contact_field, only: contact_field_t
   use sig_contact_states, only: contact_states_t
   use sig_contact_system, only: contact_system_t
   use sig_energy_modes, only: choose_combinations, product_of
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: transposed_product
   use sig_log, only: log_info
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
-  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced_kinds, only: fixed_of
   use sig_response_compression, only: compress_responses
   use sig_text, only: counted, short_number
   use sig_training_set, only: training_set_t
@@ -33,63 +35,65 @@ contains
 
   !> Adds G and H of all dofs to the model, so that the error of displacements at the states is at most
   !> reduction.displacement_tolerance, if single precision allows it. Collective on all ranks, with the same result on each.
-  !> Requires: `reduced` answers queries.
-  subroutine add_contact_field(full_order, snapshots, reduced, error, ierr)
+  !> Requires: `model` answers queries.
+  subroutine add_contact_field(full_order, snapshots, model, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(training_set_t), intent(in) :: snapshots
-    !> gets field, free_response of all dofs and largest_field
-    type(reduced_condensed_t), intent(inout) :: reduced
+    !> its compliance, a fixed one, gets field, free_response of all dofs and largest_field
+    type(condensed_model_t), target, intent(inout) :: model
     !> [-] largest error of displacements at the states
     real(rk), intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
+    type(fixed_compliance_t), pointer :: fixed
     type(contact_states_t) :: states
     real(rk), allocatable :: combinations(:, :), motions(:, :)
     real(rk) :: tolerance
 
     PetscCall(full_order%ready_team(team, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
-    PetscCall(states%find(full_order%problem, snapshots, .true., reduced, ierr))
+    PetscCall(states%find(full_order%problem, snapshots, .true., model, ierr))
+    fixed => fixed_of(model)
     tolerance = full_order%problem%deck%reduction%displacement_tolerance
-    associate (system => team%solver%system, field => reduced%field)
+    associate (system => team%solver%system, field => fixed%field)
       call field%complete(system%map%n_dofs, system%rows%n_rows)
-      PetscCall(system%share_columns(condensed%free_response, size(condensed%free_response, 2), reduced%free_response, ierr))
-      PetscCall(broadcast_columns(reduced%free_response, PETSC_COMM_WORLD, ierr))
-      allocate (motions(system%map%n_local_dofs, size(reduced%anchors)))
-      PetscCall(condensed%respond_to_rows(system, reduced%anchors, motions, ierr))
+      PetscCall(system%share_columns(condensed%free_response, size(condensed%free_response, 2), fixed%free_response, ierr))
+      PetscCall(broadcast_columns(fixed%free_response, PETSC_COMM_WORLD, ierr))
+      allocate (motions(system%map%n_local_dofs, size(fixed%anchors)))
+      PetscCall(condensed%respond_to_rows(system, fixed%anchors, motions, ierr))
       PetscCall(system%share_columns(motions, size(motions, 2), field%motions, ierr))
       PetscCall(broadcast_columns(field%motions, PETSC_COMM_WORLD, ierr))
-      call choose_modes(states, reduced, tolerance, combinations)
+      call choose_modes(states, fixed, tolerance, combinations)
       if (allocated(combinations)) then
         PetscCall(make_modes(system, condensed, combinations, field, ierr))
       else
-        PetscCall(compress(full_order%problem, system, condensed, states, tolerance, reduced, ierr))
+        PetscCall(compress(full_order%problem, system, condensed, states, tolerance, fixed, ierr))
       end if
     end associate
-    error = states%largest_error(reduced)
-    call log_info('displacements ' // reduced%field%describe() // ': their error in energy is at most ' // &
+    error = states%largest_error(fixed)
+    call log_info('displacements ' // fixed%field%describe() // ': their error in energy is at most ' // &
       short_number(error, 2) // ' at ' // counted(size(states%sizes), 'point'))
   end subroutine add_contact_field
 
-  !> Sets reduced%largest_field, the largest size of the displacement at the training points. Collective on all ranks.
-  !> Requires: `reduced` answers queries.
-  subroutine measure_displacements(problem, snapshots, reduced, ierr)
+  !> Sets largest_field of the model, the largest size of the displacement at the training points. Collective on all ranks.
+  !> Requires: `model` answers queries.
+  subroutine measure_displacements(problem, snapshots, model, ierr)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    type(reduced_condensed_t), intent(inout) :: reduced
+    type(condensed_model_t), intent(inout) :: model
     PetscErrorCode, intent(out) :: ierr
     type(contact_states_t) :: states
 
-    PetscCall(states%find(problem, snapshots, .false., reduced, ierr))
+    PetscCall(states%find(problem, snapshots, .false., model, ierr))
   end subroutine measure_displacements
 
   !> Finds the combinations S of contact forces whose displacements H S are the modes, orthonormal in the norm of K: the principal
   !> ones of the states, each state relative to its size. There are as many as bring the error of all states to the tolerance.
   !> They are not allocated if that takes too many. Local, with the same result on each rank.
-  subroutine choose_modes(states, reduced, tolerance, combinations)
+  subroutine choose_modes(states, fixed, tolerance, combinations)
     type(contact_states_t), intent(in) :: states
-    type(reduced_condensed_t), intent(in) :: reduced
+    type(fixed_compliance_t), intent(in) :: fixed
     !> [-]
     real(rk), intent(in) :: tolerance
     !> [force/sqrt(force*length)] S, shape (n_multipliers, n_modes)
@@ -103,10 +107,10 @@ contains
         chosen(:, i) = chosen(:, i) / sizes(i)
       end do
     end associate
-    call choose_combinations(chosen, reduced%compliance, all_combinations)
-    coordinates = transposed_product(product_of(reduced%compliance, all_combinations), states%unknowns)
+    call choose_combinations(chosen, fixed%compliance, all_combinations)
+    coordinates = transposed_product(product_of(fixed%compliance, all_combinations), states%unknowns)
     n = number_of_modes(states, coordinates, tolerance)
-    if (n > min(size(coordinates, 1), max(few_modes, int(most_modes * reduced%n_rows())))) return
+    if (n > min(size(coordinates, 1), max(few_modes, int(most_modes * fixed%n_rows())))) return
     combinations = all_combinations(:, :n)
   end subroutine choose_modes
 
@@ -149,21 +153,21 @@ contains
   end subroutine make_modes
 
   !> Compresses H so that the error of all states is at most the tolerance, in at most two attempts. Collective on all ranks.
-  subroutine compress(problem, system, condensed, states, tolerance, reduced, ierr)
+  subroutine compress(problem, system, condensed, states, tolerance, fixed, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(inout) :: system
     type(condensed_t), intent(inout) :: condensed
     type(contact_states_t), intent(in) :: states
     !> [-]
     real(rk), intent(in) :: tolerance
-    type(reduced_condensed_t), intent(inout) :: reduced
+    type(fixed_compliance_t), intent(inout) :: fixed
     PetscErrorCode, intent(out) :: ierr
     real(rk), parameter :: safety = 0.8_rk
     real(rk) :: error
 
-    PetscCall(compress_responses(problem, system, condensed, states, safety * tolerance, reduced, ierr))
-    error = states%largest_error(reduced)
+    PetscCall(compress_responses(problem, system, condensed, states, safety * tolerance, fixed, ierr))
+    error = states%largest_error(fixed)
     if (error <= tolerance) return
-    PetscCall(compress_responses(problem, system, condensed, states, (safety * tolerance)**2 / error, reduced, ierr))
+    PetscCall(compress_responses(problem, system, condensed, states, (safety * tolerance)**2 / error, fixed, ierr))
   end subroutine compress
 end module sig_contact_field_training

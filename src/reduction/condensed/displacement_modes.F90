@@ -17,7 +17,7 @@ module sig_displacement_modes
   use sig_full_order, only: team_t
   use sig_held_modes, only: find_held_modes
   use sig_holding, only: anchors_t
-  use sig_interpolated_data, only: interpolated_data_t
+  use sig_body_data, only: body_data_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: transposed_product
   use sig_linear_solver, only: linear_solver_t
@@ -48,7 +48,7 @@ contains
     type(joined_body_t), intent(inout) :: joined
     !> full-order solutions with displacements
     type(training_set_t), intent(in) :: snapshots
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
@@ -104,7 +104,7 @@ contains
     !> responses at mu_0, where the variables of the interpolation are in the middle of their ranges
     type(responses_t), intent(in) :: responses
     type(training_set_t), intent(in) :: snapshots
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     !> basis of each body on the rows of this rank, zero outside of the body
     type(columns_t), intent(out) :: bases(:)
     PetscErrorCode, intent(out) :: ierr
@@ -142,7 +142,7 @@ contains
   subroutine move_all_dofs(team, responses, data)
     type(team_t), intent(in) :: team
     type(responses_t), intent(in) :: responses
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     integer :: i
 
     associate (motions => team%solver%system%motions, anchors => responses%anchors)
@@ -164,7 +164,7 @@ contains
     type(columns_t), intent(in) :: bases(:)
     !> [force] K_1 V, K_2 V, ... with zeros on held dofs, rows of this rank
     type(columns_t), intent(out) :: forces(:)
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(elastic_body_t) :: law
     real(rk), allocatable :: product(:, :), stiffness(:, :)
@@ -203,7 +203,7 @@ contains
   !> get zero stiffness. Local.
   subroutine take_part(joined, data, i_part, law)
     type(joined_body_t), intent(in) :: joined
-    class(interpolated_data_t), intent(in) :: data
+    class(body_data_t), intent(in) :: data
     !> 1-based among the parts of each body: bulk and shear modulus of its first material, then of the next ones
     integer, intent(in) :: i_part
     type(elastic_body_t), intent(out) :: law
@@ -232,7 +232,7 @@ contains
     type(columns_t), intent(in) :: bases(:)
     !> of measure_parts
     type(columns_t), intent(in) :: forces(:)
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     type(linear_solver_t) :: linear_solver
     real(rk), allocatable :: driven(:, :), columns(:, :)

@@ -7,15 +7,16 @@
 !> The training points were solved with their own elastic constants. They measure the error of the interpolation, and are not used
 !> to build it.
 module sig_interpolated_training
+  use sig_body_compliance, only: body_compliance_t
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
   use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
+  use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, plan_displacements, why_not_condensed
   use sig_contact_responses, only: anchor_forces
   use sig_displacement_modes, only: add_displacement_modes
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
-  use sig_interpolated_data, only: interpolated_data_t
   use sig_interpolation_residuals, only: measure_residuals
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
@@ -23,7 +24,7 @@ module sig_interpolated_training
   use sig_polynomial_nodes, only: most_variables, number_of_polynomials
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_reduced_kinds, only: bodies_of
   use sig_reference_sets, only: start_sets_of
   use sig_response_errors, only: measure_fields, measure_responses, probes_t
   use sig_text, only: counted, short_number, to_text
@@ -60,7 +61,8 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(body_constants_t), allocatable :: constants(:)
     type(joined_body_t) :: joined
-    type(reduced_interpolated_t), allocatable :: reduced
+    type(condensed_model_t), allocatable, target :: model
+    type(body_compliance_t), pointer :: bodies
     type(displacement_plan_t) :: plan
     type(team_t), pointer :: team
 
@@ -69,20 +71,22 @@ contains
       call find_body_constants(problem, constants, error)
       if (allocated(error)) return
       call joined%create(problem, constants)
-      allocate (reduced)
+      allocate (model)
+      allocate (body_compliance_t :: model%compliance)
+      bodies => bodies_of(model)
       plan = plan_displacements(problem, usual_nodes_of(constants))
-      PetscCall(interpolate_responses(problem, team, snapshots, plan, most_nodes, joined, reduced, error, ierr))
+      PetscCall(interpolate_responses(problem, team, snapshots, plan, most_nodes, joined, model, error, ierr))
       if (allocated(error)) return
-      PetscCall(measure_residuals(problem, team, joined, reduced, error, ierr))
+      PetscCall(measure_residuals(problem, team, joined, bodies, error, ierr))
       if (allocated(error)) return
       if (plan%has_modes .and. may_have_modes) then
-        PetscCall(add_displacement_modes(problem, team, joined, snapshots, reduced, error, ierr))
+        PetscCall(add_displacement_modes(problem, team, joined, snapshots, bodies, error, ierr))
         if (allocated(error)) return
       end if
-      if (reduced%has_displacement()) call measure_fields(problem, snapshots, reduced)
+      if (bodies%has_displacement()) call measure_fields(problem, snapshots, bodies)
     end associate
-    call log_nodes(constants, reduced, error_text(full_order%problem, snapshots, reduced))
-    call move_alloc(reduced, part)
+    call log_nodes(constants, bodies, error_text(full_order%problem, snapshots, bodies))
+    call move_alloc(model, part)
   end subroutine train_interpolated
 
   !> Computes the responses at more and more nodes, until the errors of the contact forces, measured at the solved points and
@@ -92,7 +96,7 @@ contains
   !>
   !> Errors: that would need more than n_most nodes of a body, or a body has more than most_variables variable constants; the
   !> stiffness at a node could not be factored.
-  subroutine interpolate_responses(problem, team, solved, plan, n_most, joined, reduced, error, ierr)
+  subroutine interpolate_responses(problem, team, solved, plan, n_most, joined, model, error, ierr)
     type(problem_t), intent(in) :: problem
     !> from ready_team; its stiffness changes
     type(team_t), intent(inout) :: team
@@ -103,32 +107,34 @@ contains
     integer, intent(in) :: n_most
     !> after its step `create`; its elastic constants change
     type(joined_body_t), intent(inout) :: joined
-    !> in: empty; out: the responses, measured_error, worst_point, largest_size and the active sets of the solved points; incomplete
-    !> after an error
-    type(reduced_interpolated_t), intent(inout) :: reduced
+    !> its compliance are bodies; in: without data; out: the responses, measured_error, worst_point, largest_size and the active
+    !> sets of the solved points; incomplete after an error
+    type(condensed_model_t), target, intent(inout) :: model
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(probes_t) :: probes
+    type(body_compliance_t), pointer :: bodies
     integer :: i_round
     logical :: is_good
 
     ierr = 0
-    call start_data(problem, team, joined%constants, solved, plan, reduced)
+    bodies => bodies_of(model)
+    call start_data(problem, team, joined%constants, solved, plan, bodies)
     call probes%create(problem, solved)
     i_round = 0
     is_good = .false.
     do while (.not. is_good)
       if (.not. has_room(joined%constants, i_round, n_most)) then
-        call refuse(problem, joined%constants, solved, reduced, error)
+        call refuse(problem, joined%constants, solved, bodies, error)
         return
       end if
-      call grow_nodes(joined%constants, i_round, reduced)
-      PetscCall(fill_nodes(problem, team, joined, reduced, error, ierr))
+      call grow_nodes(joined%constants, i_round, bodies)
+      PetscCall(fill_nodes(problem, team, joined, bodies, error, ierr))
       if (allocated(error)) return
-      call measure_responses(problem, solved, reduced)
-      call probes%compare(reduced)
+      call measure_responses(problem, solved, model)
+      call probes%compare(model)
       is_good = .not. any_variable(joined%constants) .or. &
-        max(reduced%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
+        max(bodies%measured_error, probes%error) <= caution * problem%deck%reduction%stiffness_tolerance
       i_round = i_round + 1
     end do
   end subroutine interpolate_responses
@@ -149,6 +155,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(body_constants_t), allocatable :: constants(:)
+    type(body_compliance_t), pointer :: bodies
     type(error_t), allocatable :: refusal
     character(:), allocatable :: reason
 
@@ -167,15 +174,16 @@ contains
       return
     end if
     select type (part)
-    type is (reduced_interpolated_t)
-      if (size(part%exact_boundaries) > 0) call drop_field(part)
-      if (.not. has_starts) part%start_sets = part%start_sets(:, :0)
+    type is (condensed_model_t)
+      bodies => bodies_of(part)
+      if (size(bodies%exact_boundaries) > 0) call drop_field(bodies)
+      if (.not. has_starts) bodies%start_sets = bodies%start_sets(:, :0)
     end select
   end subroutine interpolate_fallback
 
   !> Removes the displacements of single boundaries, so that the modes of the hyper-reduced model answer those of all nodes. Local.
   pure subroutine drop_field(data)
-    class(interpolated_data_t), intent(inout) :: data
+    type(body_compliance_t), intent(inout) :: data
     integer :: i
 
     data%exact_dofs = data%exact_dofs(:0)
@@ -198,7 +206,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     type(training_set_t), intent(in) :: snapshots
     type(displacement_plan_t), intent(in) :: plan
-    class(interpolated_data_t), intent(inout) :: data
+    type(body_compliance_t), intent(inout) :: data
     type(anchors_t) :: anchors
     integer :: i
 
@@ -232,7 +240,7 @@ contains
   subroutine move_anchors(team, anchors, data)
     type(team_t), intent(in) :: team
     type(anchors_t), intent(in) :: anchors
-    class(interpolated_data_t), intent(inout) :: data
+    type(body_compliance_t), intent(inout) :: data
     real(rk), allocatable :: motion(:)
     integer :: i
 
@@ -277,7 +285,7 @@ contains
     type(body_constants_t), intent(in) :: constants(:)
     !> points at which the errors in `data` were measured
     type(training_set_t), intent(in) :: solved
-    class(interpolated_data_t), intent(in) :: data
+    type(body_compliance_t), intent(in) :: data
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: bodies
     integer :: i
@@ -314,7 +322,7 @@ contains
     !> the training points
     type(training_set_t), intent(in) :: solved
     !> measured_error and worst_point must be set for `solved`; worst_point is 0 as long as no error is measured
-    class(interpolated_data_t), intent(in) :: data
+    type(body_compliance_t), intent(in) :: data
     character(:), allocatable :: text
 
     if (data%worst_point == 0) then
@@ -331,7 +339,7 @@ contains
   !> to get one.
   subroutine log_nodes(constants, data, measured)
     type(body_constants_t), intent(in) :: constants(:)
-    class(interpolated_data_t), intent(in) :: data
+    type(body_compliance_t), intent(in) :: data
     !> result of error_text
     character(*), intent(in) :: measured
     integer :: i

@@ -14,7 +14,7 @@ module sig_interpolation_residuals
   use sig_errors, only: error_t
   use sig_full_order, only: team_t
   use sig_holding, only: anchors_t
-  use sig_interpolated_data, only: interpolated_data_t
+  use sig_body_data, only: body_data_t
   use sig_interpolation_bound, only: interpolation_bound_t, node_product, stiffness_factor
   use sig_kinds, only: rk
   use sig_linear_algebra, only: transposed_product
@@ -41,7 +41,7 @@ contains
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(inout) :: joined
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(anchors_t) :: anchors
@@ -81,7 +81,7 @@ contains
   !> Returns the value of the elastic constant, of 101 in the middle third of its range, where the product of the distances from the
   !> interpolation nodes is largest. Requires: has_identity.
   pure real(rk) function widest_place(data, i_body) result(widest)
-    class(interpolated_data_t), intent(in) :: data
+    class(body_data_t), intent(in) :: data
     integer, intent(in) :: i_body
     real(rk) :: distance, largest, place
     integer :: i
@@ -113,7 +113,7 @@ contains
     integer, intent(in) :: i_node
     !> largest number of nodes of these bodies
     integer, intent(in) :: n_nodes
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     !> [length; for contact forces length/force] rows of this rank, shape (n_local_dofs, 2 * n_driving_terms + n_multipliers)
     real(rk), allocatable, intent(out) :: columns(:, :)
     !> those of the bodies that only contact holds
@@ -154,7 +154,7 @@ contains
     !> i_node and n_nodes as in solve_at; `columns` are the responses there
     integer, intent(in) :: i_node
     integer, intent(in) :: n_nodes
-    class(interpolated_data_t), intent(in) :: data
+    class(body_data_t), intent(in) :: data
     !> [length] of solve_at
     real(rk), intent(in) :: columns(:, :)
     !> [length] E, same shape
@@ -192,7 +192,7 @@ contains
     !> [length] the responses U at the places, same shape
     real(rk), intent(in) :: columns(:, :)
     type(anchors_t), intent(in) :: anchors
-    class(interpolated_data_t), intent(inout) :: data
+    class(body_data_t), intent(inout) :: data
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: forces(:, :), own(:, :), openings(:, :), compliance(:, :), others(:, :)
     logical, allocatable :: is_own(:)

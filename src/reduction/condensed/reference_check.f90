@@ -2,11 +2,13 @@
 !> Checks whether the pivot transforms of a condensed model are accurate enough to be used.
 module sig_reference_check
   use sig_answer, only: answer_t, comparable_size
+  use sig_condensed_model, only: condensed_model_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_problem, only: problem_t
-  use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_reduced, only: room_t
+  use sig_reduced_kinds, only: fixed_of
   use sig_term_values, only: evaluate_points
   use sig_text, only: short_number
   use sig_training_set, only: training_set_t
@@ -23,15 +25,18 @@ contains
   !> Removes the references and transforms, so that all queries solve the problem with W, if the answer at a training point differs
   !> from the full-order contact forces by more than accepted_error, or if a training point has no answer. Then it writes a note to
   !> the log. Local, with the same result on each rank. Requires: start_sets, and what choose_references sets.
-  subroutine drop_inaccurate_references(problem, snapshots, reduced)
+  subroutine drop_inaccurate_references(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    type(reduced_condensed_t), intent(inout) :: reduced
+    !> its compliance is fixed
+    type(condensed_model_t), target, intent(inout) :: model
+    type(fixed_compliance_t), pointer :: fixed
     real(rk) :: error
 
-    if (size(reduced%reference_points) == 0) return
-    call reduced%transform_openings()
-    error = largest_error(problem, snapshots, reduced)
+    fixed => fixed_of(model)
+    if (size(fixed%pivots%reference_points) == 0) return
+    call fixed%prepare()
+    error = largest_error(problem, snapshots, model)
     if (error <= accepted_error) return
     if (error < huge(error)) then
       call log_info('queries solve for all contacts: with the solutions of training points as references, the contact forces ' // &
@@ -40,33 +45,28 @@ contains
       call log_info('queries solve for all contacts: with the solutions of training points as references, a training point ' // &
         'would have no answer')
     end if
-    reduced%reference_points = [integer ::]
-    reduced%reference_of_point = [integer ::]
-    reduced%transforms = reduced%transforms(:, :0)
+    call fixed%pivots%clear()
   end subroutine drop_inaccurate_references
 
   !> Returns the largest relative error [-] of the contact forces at the training points; huge without an answer at one of them.
-  real(rk) function largest_error(problem, snapshots, reduced) result(largest)
+  real(rk) function largest_error(problem, snapshots, model) result(largest)
     type(problem_t), intent(in) :: problem
     type(training_set_t), intent(in) :: snapshots
-    !> its openings are transformed
-    type(reduced_condensed_t), intent(in) :: reduced
-    class(reduced_t), pointer :: nobody
+    !> its compliance is prepared
+    type(condensed_model_t), intent(in) :: model
     class(room_t), allocatable :: room
     type(answer_t) :: answer
     real(rk), allocatable :: forces(:, :), theta(:, :)
     real(rk) :: sizes(snapshots%n_snapshots())
     integer :: i, i_bad_point, i_bad_source
 
-    nobody => null()
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
     forces = snapshots%forces()
     sizes = norm2(forces, dim=1)
-    call reduced%create_room(room)
+    call model%create_room(room)
     largest = 0
     do i = 1, size(sizes)
-      call answer%start(1, size(theta, 1), reduced%n_modes(), size(forces, 1), size(forces, 1))
-      call reduced%solve(theta(:, i), neighbors_t(nearest=i), nobody, room, answer)
+      call model%ask(theta(:, i), i, room, answer)
       if (answer%reason <= 0) then
         largest = huge(largest)
         return

@@ -3,11 +3,12 @@
 !> is the number of contacts in which they differ.
 module sig_reference_sets
   use sig_bits, only: pack_columns, unpack_columns
-  use sig_condensed_data, only: condensed_data_t
   use sig_condensed_plan, only: most_references, number_size
   use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_k_medoids, only: find_medoids, k_medoids_options_t, medoids_t
   use sig_kinds, only: rk
+  use sig_pivot_sets, only: transform_scale
   use sig_pivot_transform, only: transform_matrix
   use sig_progress, only: progress_t
   implicit none(type, external)
@@ -35,9 +36,9 @@ contains
     sets = pack_columns(is_active)
   end function start_sets_of
 
-  !> Sets reference_points (at most 32 training points), reference_of_point and transforms of `data`. A reference whose transform
-  !> does not exist is left out; where none exists, all three are empty. Where max_size does not allow one transform there are no
-  !> references: the lists are empty, and transforms is not set.
+  !> Sets reference_points (at most 32 training points), reference_of_point and transforms of data%pivots. A reference whose
+  !> transform does not exist is left out; where none exists, all three are empty. Where max_size does not allow one transform there
+  !> are no references: the lists are empty, and transforms is not set.
   !>
   !> Errors: those of find_medoids; then the lists are empty.
   subroutine choose_references(max_size, data, error)
@@ -46,7 +47,7 @@ contains
     !> start_sets and compliance must be set. reference_points gets numbers of training points, reference_of_point the position in
     !> reference_points of the nearest reference of each training point, transforms one matrix of the size of W per reference side
     !> by side
-    class(condensed_data_t), intent(inout) :: data
+    type(fixed_compliance_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     logical, allocatable :: sets(:, :)
     integer, allocatable :: candidates(:)
@@ -58,7 +59,7 @@ contains
     candidates = distinct_columns(data%start_sets)
     ! the real numbers are compared first: a quotient may be larger than any integer
     n_references = int(min(real(min(most_references, size(candidates)), rk), max_size / (number_size * real(n, rk)**2)))
-    allocate (data%reference_points(0), data%reference_of_point(0))
+    allocate (data%pivots%reference_points(0), data%pivots%reference_of_point(0))
     if (n_references < 1) return
     candidates = candidates([(1 + (i - 1) * (1 + (size(candidates) - 1) / most_candidates), &
       i=1, 1 + (size(candidates) - 1) / (1 + (size(candidates) - 1) / most_candidates))])
@@ -66,7 +67,7 @@ contains
     call find_medoids(differences(sets(:, candidates)), n_references, k_medoids_options_t(n_starts=1), found, error)
     if (allocated(error)) return
     call transform_sets(candidates(found%medoids), sets, data)
-    if (size(data%reference_points) > 0) data%reference_of_point = nearest_sets(sets, data%reference_points)
+    if (size(data%pivots%reference_points) > 0) data%pivots%reference_of_point = nearest_sets(sets, data%pivots%reference_points)
   end subroutine choose_references
 
   !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts;
@@ -122,14 +123,14 @@ contains
     end do
   end function differences
 
-  !> Sets data%transforms to the pivot transforms for the sets of some training points, and appends these points to
-  !> data%reference_points, except where the transform does not exist. Requires: data%reference_points is empty.
+  !> Sets data%pivots%transforms to the pivot transforms for the sets of some training points, and appends these points to
+  !> data%pivots%reference_points, except where the transform does not exist. Requires: data%pivots%reference_points is empty.
   subroutine transform_sets(points, sets, data)
     !> numbers of the training points
     integer, intent(in) :: points(:)
     !> sets of all training points, shape (n_contacts, n_points)
     logical, intent(in) :: sets(:, :)
-    class(condensed_data_t), intent(inout) :: data
+    type(fixed_compliance_t), intent(inout) :: data
     !> [s] progress is told only if the transforms take longer
     real(rk), parameter :: seconds_of_silence = 3
     type(progress_t) :: progress
@@ -138,18 +139,18 @@ contains
     logical :: is_singular
 
     n = size(sets, 1)
-    scaled = data%compliance / data%transform_scale()
+    scaled = data%compliance / transform_scale(data%compliance)
     allocate (transforms(n, n * size(points)))
     call progress%start('pivot transforms', size(points), seconds_of_silence)
     do i = 1, size(points)
-      associate (first => n * size(data%reference_points) + 1)
+      associate (first => n * size(data%pivots%reference_points) + 1)
         call transform_matrix(scaled, sets(:, points(i)), transforms(:, first:first + n - 1), is_singular)
       end associate
-      if (.not. is_singular) data%reference_points = [data%reference_points, points(i)]
+      if (.not. is_singular) data%pivots%reference_points = [data%pivots%reference_points, points(i)]
       call progress%advance(i)
     end do
     call progress%finish()
-    data%transforms = transforms(:, :n * size(data%reference_points))
+    data%pivots%transforms = transforms(:, :n * size(data%pivots%reference_points))
   end subroutine transform_sets
 
   !> Returns for each point the position in `references` of the point whose set differs in the fewest contacts; of equal ones the

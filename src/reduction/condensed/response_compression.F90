@@ -24,7 +24,7 @@ module sig_response_compression
   use sig_point_tree, only: point_tree_t
   use sig_problem, only: problem_t
   use sig_progress, only: progress_t
-  use sig_reduced_condensed, only: reduced_condensed_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use petsc
   implicit none(type, external)
   private
@@ -63,7 +63,7 @@ contains
   !> number of groups that have forces at once.
   !> The caller asks the field for the error of a state (contact_field_t%error_of), and comes back with a smaller tolerance if it is
   !> too large.
-  subroutine compress_responses(problem, system, condensed, states, tolerance, reduced, ierr)
+  subroutine compress_responses(problem, system, condensed, states, tolerance, fixed, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(inout) :: system
     type(condensed_t), intent(inout) :: condensed
@@ -71,7 +71,7 @@ contains
     !> [-] relative to the sizes of the states
     real(rk), intent(in) :: tolerance
     !> its field gets the responses and their errors
-    type(reduced_condensed_t), intent(inout) :: reduced
+    type(fixed_compliance_t), intent(inout) :: fixed
     PetscErrorCode, intent(out) :: ierr
     type(compressed_matrix_t), allocatable :: groups(:)
     type(row_layout_t) :: layout
@@ -82,7 +82,7 @@ contains
     integer :: first, i
 
     PetscCall(lay_out_rows(problem, system, layout, ierr))
-    call group_contacts(problem, reduced%anchors, order, ends)
+    call group_contacts(problem, fixed%anchors, order, ends)
     allocate (groups(size(ends)), errors(size(order), size(order)))
     share = tolerance / sqrt(real(max(1, most_loaded(order, ends, states%unknowns)), rk))
     threshold = tolerance
@@ -91,7 +91,7 @@ contains
     do i = 1, size(groups)
       own = order(first:ends(i))
       forces = states%unknowns(own, :) / spread(states%sizes, 1, size(own))
-      block = reduced%compliance(own, own)
+      block = fixed%compliance(own, own)
       call compress_group(system, condensed, layout, own, forces, share, block, threshold, groups(i), wrong, wrong_forces, ierr)
       CHKERRQ(ierr)
       associate (rows => order(:ends(i)))
@@ -103,14 +103,14 @@ contains
       call progress%advance(ends(i))
     end do
     call progress%finish()
-    associate (responses => reduced%field%responses)
+    associate (responses => fixed%field%responses)
       responses%row_order = layout%dofs
       ! anchors have no blocks
-      responses%column_order = [order, reduced%anchors]
+      responses%column_order = [order, fixed%anchors]
       call responses%join_columns(groups)
     end associate
-    call take_errors(order, errors, reduced%field)
-    PetscCall(agree(reduced%field, ierr))
+    call take_errors(order, errors, fixed%field)
+    PetscCall(agree(fixed%field, ierr))
   end subroutine compress_responses
 
   !> Divides the contacts that are not anchors into groups of near ones. Local.

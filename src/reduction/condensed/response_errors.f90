@@ -7,13 +7,15 @@
 !> round.
 module sig_response_errors
   use sig_answer, only: answer_t, comparable_size
-  use sig_interpolated_data, only: interpolated_data_t
+  use sig_body_compliance, only: body_compliance_t
+  use sig_compliance, only: compliance_point_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_probe_points, only: find_probes
   use sig_problem, only: problem_t
-  use sig_reduced, only: neighbors_t, reduced_t, room_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_reduced, only: room_t
+  use sig_reduced_kinds, only: bodies_of
   use sig_term_values, only: evaluate_points
   use sig_training_set, only: training_set_t
   implicit none(type, external)
@@ -43,16 +45,17 @@ module sig_response_errors
 
 contains
 
-  !> Sets in `reduced` measured_error and worst_point, the largest relative error of the contact forces at the training points and
-  !> the number of this point, and largest_size, the largest norm of the full-order forces in the norm of W. Errors are Euclidean
-  !> norms relative to the norm of the full-order forces, but at least to 1e-3 of the largest such norm (comparable_size). The error
-  !> is huge(1.0_rk) where a point has no answer. Local.
-  subroutine measure_responses(problem, snapshots, reduced)
+  !> Sets in the bodies of `model` measured_error and worst_point, the largest relative error of the contact forces at the training
+  !> points and the number of this point, and largest_size, the largest norm of the full-order forces in the norm of W. Errors are
+  !> Euclidean norms relative to the norm of the full-order forces, but at least to 1e-3 of the largest such norm (comparable_size).
+  !> The error is huge(1.0_rk) where a point has no answer. Local.
+  subroutine measure_responses(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
     !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
-    !> its responses are there
-    type(reduced_interpolated_t), intent(inout) :: reduced
+    !> the responses of its bodies are there
+    type(condensed_model_t), target, intent(inout) :: model
+    type(body_compliance_t), pointer :: bodies
     class(room_t), allocatable :: room
     real(rk), allocatable :: forces(:, :), theta(:, :)
     real(rk) :: errors(snapshots%n_snapshots()), sizes(snapshots%n_snapshots())
@@ -60,40 +63,38 @@ contains
 
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
     forces = snapshots%forces()
-    call reduced%create_room(room)
-    reduced%largest_size = 0
+    bodies => bodies_of(model)
+    call model%create_room(room)
+    bodies%largest_size = 0
     do i = 1, size(errors)
-      errors(i) = error_at(reduced, i, theta(:, i), forces(:, i), room)
+      errors(i) = error_at(model, i, theta(:, i), forces(:, i), room)
       sizes(i) = norm2(forces(:, i))
       ! the room holds W of the point
-      reduced%largest_size = max(reduced%largest_size, reduced%size_in_energy(room, forces(:, i)))
+      bodies%largest_size = max(bodies%largest_size, model%size_of_forces(room, forces(:, i)))
     end do
     do i = 1, size(errors)
       ! huge: no answer
       if (errors(i) > 0 .and. errors(i) < huge(errors)) &
         errors(i) = errors(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
     end do
-    reduced%measured_error = maxval(errors)
-    reduced%worst_point = maxloc(errors, dim=1)
+    bodies%measured_error = maxval(errors)
+    bodies%worst_point = maxloc(errors, dim=1)
   end subroutine measure_responses
 
   !> [force] Returns the Euclidean norm of the error of the contact forces at training point i; huge where there is no answer.
-  real(rk) function error_at(reduced, i, theta, forces, room) result(error)
-    type(reduced_interpolated_t), intent(in) :: reduced
+  real(rk) function error_at(model, i, theta, forces, room) result(error)
+    type(condensed_model_t), intent(in) :: model
     !> number of the point, from whose active set the query starts
     integer, intent(in) :: i
     !> [-] values of the terms there, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] of the snapshot at this point, all contacts, shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
-    !> work space of `reduced`; afterwards it has W of the point
+    !> work space of `model`; afterwards it has W of the point
     class(room_t), intent(inout) :: room
-    class(reduced_t), pointer :: nobody
     type(answer_t) :: answer
 
-    nobody => null()
-    call answer%start(1, size(theta), reduced%n_modes(), size(forces), size(forces))
-    call reduced%solve(theta, neighbors_t(nearest=i), nobody, room, answer)
+    call model%ask(theta, i, room, answer)
     error = huge(error)
     if (answer%reason > 0) error = norm2(answer%multipliers - forces)
   end function error_at
@@ -104,19 +105,22 @@ contains
     type(problem_t), intent(in) :: problem
     !> points with full-order contact forces; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
-    class(interpolated_data_t), intent(inout) :: data
-    real(rk), allocatable :: compliance(:, :), forces(:, :), opening(:), theta(:, :)
+    type(body_compliance_t), intent(inout) :: data
+    type(compliance_point_t) :: point
+    real(rk), allocatable :: forces(:, :), opening(:), theta(:, :)
     integer :: i, i_bad_point, i_bad_source
+    logical :: is_possible
 
     call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
     forces = snapshots%forces()
     forces(data%anchors, :) = 0
-    allocate (compliance(size(forces, 1), size(forces, 1)), opening(size(forces, 1)))
+    call data%create_point(point)
+    allocate (opening(size(forces, 1)))
     do i = 1, size(forces, 2)
-      call data%evaluate(theta(:, i), compliance, opening)
-      call multiply(1.0_rk, compliance, forces(:, i), 0.0_rk, opening)
-      data%largest_field = max(data%largest_field, data%size_of_field(theta(:, i), forces(:, i), &
-        dot_product(forces(:, i), opening)))
+      call data%evaluate(theta(:, i), point, is_possible)
+      if (.not. is_possible) cycle
+      call multiply(1.0_rk, point%matrix, forces(:, i), 0.0_rk, opening)
+      data%largest_field = max(data%largest_field, data%driven_size(theta(:, i), forces(:, i), dot_product(forces(:, i), opening)))
     end do
   end subroutine measure_fields
 
@@ -133,26 +137,25 @@ contains
   end subroutine create
 
   !> Computes the contact forces of a new round at the probes, and from their change the estimate self%error: the largest relative
-  !> change times the factor by which measured_error of `reduced` became smaller (taken as at least 0.05 and at most 1). A change is
+  !> change times the factor by which the bodies' measured_error became smaller (taken as at least 0.05 and at most 1). A change is
   !> relative to the norm of the new forces, but at least to 1e-3 of the largest such norm. The estimate is huge in the first round,
   !> and where a training point had no answer in the round before. Probes without an answer in this round or in the round before do
   !> not count; the largest change is 0 if none counts. Requires: measure_responses of the same round.
-  subroutine compare(self, reduced)
+  subroutine compare(self, model)
     class(probes_t), intent(inout) :: self
-    type(reduced_interpolated_t), intent(in) :: reduced
-    class(reduced_t), pointer :: nobody
+    type(condensed_model_t), target, intent(inout) :: model
+    type(body_compliance_t), pointer :: bodies
     class(room_t), allocatable :: room
     type(answer_t) :: answer
     real(rk) :: changes(size(self%nearest)), sizes(size(self%nearest))
     integer :: i
 
-    nobody => null()
-    call reduced%create_room(room)
+    bodies => bodies_of(model)
+    call model%create_room(room)
     changes = 0
     do i = 1, size(changes)
       associate (theta => self%theta(:, i), forces => self%forces(:, i))
-        call answer%start(1, size(theta), reduced%n_modes(), size(forces), size(forces))
-        call reduced%solve(theta, neighbors_t(nearest=self%nearest(i)), nobody, room, answer)
+        call model%ask(theta, self%nearest(i), room, answer)
         if (answer%reason > 0 .and. self%is_answered(i)) changes(i) = norm2(answer%multipliers - forces)
         self%is_answered(i) = answer%reason > 0
         forces = answer%multipliers
@@ -162,7 +165,7 @@ contains
     do i = 1, size(changes)
       if (changes(i) > 0) changes(i) = changes(i) / max(comparable_size(sizes(i), maxval(sizes)), tiny(1.0_rk))
     end do
-    associate (now => reduced%measured_error, before => self%measured_error)
+    associate (now => bodies%measured_error, before => self%measured_error)
       self%error = huge(self%error)
       if (before < huge(before)) self%error = maxval(changes) * min(1.0_rk, max(fastest, now / max(before, tiny(before))))
       before = now

@@ -8,6 +8,7 @@
 !> rings of neighbors around them.
 module sig_tied_training
   use sig_bits, only: pack_columns
+  use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements, room_for_forces
   use sig_energy_modes, only: choose_combinations, product_of
   use sig_errors, only: error_t
@@ -19,14 +20,13 @@ module sig_tied_training
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
-  use sig_reduced_tied, only: reduced_tied_t
   use sig_reference_sets, only: group_sets
   use sig_rounding, only: rounding
   use sig_singular_values, only: svd
   use sig_term_values, only: evaluate_points
   use sig_text, only: counted, short_number, to_text
   use sig_tied, only: solve_tied, tied_response_t
-  use sig_tied_data, only: row_changing, row_closed, row_open, tied_cluster_t, tied_data_t
+  use sig_tied_compliance, only: row_changing, row_closed, row_open, tied_cluster_t, tied_compliance_t
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -56,7 +56,8 @@ contains
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(reduced_tied_t), allocatable :: reduced
+    type(condensed_model_t), allocatable :: model
+    type(tied_compliance_t), allocatable :: reduced
     type(displacement_plan_t) :: plan
     logical, allocatable :: sets(:, :)
     integer :: i
@@ -74,7 +75,9 @@ contains
       PetscCall(fill_cluster(full_order, i, snapshots, plan%has_modes, reduced, reason, ierr))
       if (reason /= '') return
     end do
-    call move_alloc(reduced, part)
+    allocate (model)
+    call move_alloc(reduced, model%compliance)
+    call move_alloc(model, part)
   end subroutine train_tied
 
   !> Divides the training points into 1 cluster, then into twice as many each time, until reduction.max_full_order_size allows the
@@ -85,7 +88,7 @@ contains
     !> closed rows at the training points, shape (n_rows, n_points)
     logical, intent(in) :: sets(:, :)
     !> cluster_of_point and the status of the rows of each cluster are set
-    class(tied_data_t), intent(inout) :: data
+    type(tied_compliance_t), intent(inout) :: data
     !> why no division is possible; empty where one is
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
@@ -170,7 +173,7 @@ contains
     type(training_set_t), intent(in) :: snapshots
     !> whether modes are wanted
     logical, intent(in) :: has_modes
-    class(tied_data_t), intent(inout) :: data
+    type(tied_compliance_t), intent(inout) :: data
     !> why the problem with tied rows could not be factored or solved; empty where it could
     character(:), allocatable, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
@@ -273,7 +276,7 @@ contains
     integer, intent(in) :: i
     !> [force] at the points of the cluster, shape (n_changing, n_points)
     real(rk), intent(in) :: forces(:, :)
-    class(tied_data_t), intent(inout) :: data
+    type(tied_compliance_t), intent(inout) :: data
     real(rk), allocatable :: theta(:, :)
     integer, allocatable :: points(:)
     integer :: i_bad_point, i_bad_source, k

@@ -8,8 +8,10 @@
 !> measure the error.
 module sig_sampled_responses
   use sig_answer, only: answer_t
+  use sig_body_compliance, only: body_compliance_t
   use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
   use sig_clock, only: wall_time
+  use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, why_not_condensed
   use sig_contact_residuals, only: measure_residuals
   use sig_contact_state, only: contact_state_t
@@ -24,8 +26,8 @@ module sig_sampled_responses
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution
-  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
+  use sig_reduced, only: model_sizes_t, room_t
+  use sig_reduced_kinds, only: bodies_of
   use sig_probe_points, only: nearest_of
   use sig_snapshot_store, only: snapshot_set_t
   use sig_solver_plan, only: fits_condensed
@@ -48,7 +50,10 @@ module sig_sampled_responses
     type(body_constants_t), allocatable, private :: constants(:)
     !> largest number of interpolation nodes of a body with which the responses save time
     integer, private :: n_most = 0
-    type(reduced_interpolated_t), allocatable, private :: reduced
+    type(condensed_model_t), allocatable, private :: model
+    integer, private :: n_factored = 0
+    !> [-] largest relative error of the contact forces at the points that were solved first
+    real(rk), private :: measured_error = 0
     class(room_t), allocatable, private :: room
   contains
     procedure :: choose
@@ -188,6 +193,8 @@ contains
     type(training_set_t) :: solved
     type(joined_body_t) :: joined
     type(displacement_plan_t) :: plan
+    type(condensed_model_t), allocatable, target :: model
+    type(body_compliance_t), pointer :: bodies
     type(error_t), allocatable :: error
     integer :: i
 
@@ -204,16 +211,20 @@ contains
       return
     end if
     call joined%create(problem, self%constants)
-    if (allocated(self%reduced)) deallocate (self%reduced)
-    allocate (self%reduced)
-    PetscCall(interpolate_responses(problem, team, solved, plan, self%n_most, joined, self%reduced, error, ierr))
+    allocate (model)
+    allocate (body_compliance_t :: model%compliance)
+    PetscCall(interpolate_responses(problem, team, solved, plan, self%n_most, joined, model, error, ierr))
+    bodies => bodies_of(model)
+    self%n_factored = bodies%n_factorizations
+    self%measured_error = bodies%measured_error
     self%is_ready = .not. allocated(error)
-    if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%reduced%measured_error <= rounding
+    if (self%is_ready .and. .not. any_variable(self%constants)) self%is_ready = self%measured_error <= rounding
     call tell(self, error)
     if (.not. self%is_ready) return
-    call self%reduced%complete(model_sizes_t(size(plan%exact_dofs), problem%rows%n_rows, problem%boundary%n_terms, &
-      solved%n_snapshots()))
-    call self%reduced%create_room(self%room)
+    call model%complete(model_sizes_t(size(plan%exact_dofs), problem%rows%n_rows, problem%boundary%n_terms, solved%n_snapshots()))
+    if (allocated(self%room)) deallocate (self%room)
+    call model%create_room(self%room)
+    call move_alloc(model, self%model)
   end subroutine create
 
   !> Gives all ranks the contact forces that the leaders have collected, and which of the points converged. Collective on all ranks.
@@ -243,8 +254,8 @@ contains
       call log_warning('the responses of the bodies, which would save factorizations, cannot be used, so each point is solved ' // &
         'with its own stiffness: ' // error%message)
     else if (.not. self%is_ready) then
-      if (self%reduced%measured_error < huge(rounding)) then
-        text = 'give ' // text // ' with a relative error of ' // short_number(self%reduced%measured_error) // ', above ' // &
+      if (self%measured_error < huge(rounding)) then
+        text = 'give ' // text // ' with a relative error of ' // short_number(self%measured_error) // ', above ' // &
           short_number(rounding)
       else
         text = 'give no answer at a point that was solved with its own stiffness'
@@ -254,10 +265,10 @@ contains
     else if (any_variable(self%constants)) then
       call log_info('solver: condensed: the other points come from responses that are interpolated over the elastic ' // &
         'constants (' // counted(self%n_factorizations(), 'factorization') // &
-        '); their relative error of ' // text // ' is at most ' // short_number(self%reduced%measured_error))
+        '); their relative error of ' // text // ' is at most ' // short_number(self%measured_error))
     else
       call log_info('solver: condensed: the moduli of each body scale together, so one factorization serves all other points; ' // &
-        'compared with ' // text // ', the relative error is at most ' // short_number(self%reduced%measured_error))
+        'compared with ' // text // ', the relative error is at most ' // short_number(self%measured_error))
     end if
   end subroutine tell
 
@@ -303,30 +314,23 @@ contains
     !> values of the terms at the point, shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     type(contact_state_t), intent(inout) :: state
-    class(reduced_t), pointer :: nobody
     type(answer_t) :: answer
 
-    nobody => null()
-    associate (n_rows => problem%rows%n_rows, nearest => nearest_of(problem%deck%parameters, self%points, point))
-      call answer%start(1, size(theta), 0, n_rows, n_rows)
-      call self%reduced%solve(theta, neighbors_t(nearest=nearest), nobody, self%room, answer)
-    end associate
+    call self%model%ask(theta, nearest_of(problem%deck%parameters, self%points, point), self%room, answer)
     state%reason = answer%reason
     if (answer%reason <= 0) return
     state%reason = reason_converged
-    answer%theta = theta
     state%multipliers = answer%multipliers
     state%is_active = answer%multipliers > 0
     state%n_iterations = answer%n_iterations
     allocate (state%displacement(problem%mesh%n_dim * problem%mesh%n_nodes))
-    call self%reduced%fill_displacement(answer, state%displacement)
+    call self%model%fill_displacement(answer, state%displacement)
   end subroutine answer_point
 
   !> Returns how many stiffnesses were factored for the last responses that were made, also if they may not be used; 0 if none were.
   pure integer function n_factorizations(self)
     class(sampled_responses_t), intent(in) :: self
 
-    n_factorizations = 0
-    if (allocated(self%reduced)) n_factorizations = self%reduced%n_factorizations
+    n_factorizations = self%n_factored
   end function n_factorizations
 end module sig_sampled_responses

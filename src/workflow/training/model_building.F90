@@ -3,6 +3,7 @@
 !> Builds the model of a deck: trains it once or refines it to a target error. A hyper-reduced model also gets, where possible, the
 !> fallback, the active sets from which queries start, and the certificates.
 module sig_model_building
+  use sig_compliance, only: compliance_t
   use sig_condensed_plan, only: choose_model_kind
   use sig_condensed_training, only: condense_fallback, train_condensed
   use sig_deck_config, only: reduction_config_t
@@ -14,14 +15,13 @@ module sig_model_building
   use sig_lifted_training, only: add_certificates
   use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
-  use sig_model_parts, only: set_fallback
+  use sig_model_parts, only: compliance_of, set_fallback
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: build_points
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reduced, only: reduced_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_refinement, only: refine, refinement_result_t
   use sig_snapshot_merge, only: candidate_store, read_spread, store_in, store_t
   use sig_snapshot_store, only: snapshot_set_t
@@ -105,25 +105,24 @@ contains
   end subroutine build_model
 
   !> Says in the log why the answers of a hyper-reduced model will have no bound of their error: the deck wants none; the model has
-  !> a fallback, but this cannot bound foreign forces (certify_foreign in sig_reduced_interpolated); or the stiffness is fixed,
+  !> a fallback, but this cannot bound foreign forces (certify_foreign in sig_condensed_certificate); or the stiffness is fixed,
   !> there is no fallback, and reduction.max_full_order_size is 0. The training of the parts tells other reasons.
   subroutine say_why_no_bound(problem, model)
     type(problem_t), intent(in) :: problem
     !> with the fallback, if there is one, and max_error
     type(model_t), intent(in) :: model
     character(*), parameter :: no_bound = 'hyper-reduced answers will have no bound of their error (certificate): '
-    integer :: i_fallback
+    class(compliance_t), pointer :: compliance
 
     if (model%n_multipliers == 0) return
     if (model%max_error <= 0) then
       call log_info(no_bound // 'certificate.max_error is none')
     else if (model%has_fallback) then
-      i_fallback = model%fallback()
-      select type (part => model%parts(i_fallback)%reduced)
-      type is (reduced_interpolated_t)
-        if (part%has_bound() .and. size(part%anchors) > 0) call log_warning(no_bound // 'the stiffness depends on the ' // &
-          'parameters, and only contact holds a body; a model with reduction.method: condensed has bounds')
-      end select
+      compliance => compliance_of(model, model%fallback())
+      if (.not. associated(compliance)) return
+      if (compliance%is_fixed() .or. size(compliance%anchors) == 0 .or. .not. compliance%has_bound()) return
+      call log_warning(no_bound // 'the stiffness depends on the parameters, and only contact holds a body; a model with ' // &
+        'reduction.method: condensed has bounds')
     else if (problem%has_fixed_stiffness .and. problem%deck%reduction%max_full_order_size <= 0) then
       call log_info(no_bound // 'reduction.max_full_order_size is 0')
     end if

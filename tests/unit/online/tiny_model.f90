@@ -2,17 +2,18 @@
 !> A model small enough to be answered by hand.
 module tiny_model
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
+  use sig_body_compliance, only: body_compliance_t
+  use sig_condensed_model, only: condensed_model_t
   use sig_contact_rows, only: create_contact_rows
   use sig_elasticity, only: n_stresses
   use sig_field_map, only: field_map_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model
   use sig_hhr_data, only: hhr_data_t
   use sig_model, only: contact_side_t, model_t
-  use sig_model_parts, only: set_clusters, set_fallback
+  use sig_model_parts, only: compliance_of, set_clusters, set_fallback
   use sig_reduced, only: reduced_t
-  use sig_reduced_condensed, only: reduced_condensed_t
-  use sig_reduced_interpolated, only: reduced_interpolated_t
   use sig_strain_map, only: strain_map_t
   use sig_term_set, only: start_terms
   use sig_text, only: string_t
@@ -73,30 +74,32 @@ contains
   !> squeeze = 1: gaps (1, 3, 2) - (4, 5, 6) = (-3, -2, -4), lambda = (3, 1, 1), u = (-2, 1, 2, 4).
   subroutine add_full_order(model)
     type(model_t), intent(inout) :: model
-    type(reduced_condensed_t), allocatable :: condensed
+    type(condensed_model_t), allocatable :: condensed
+    type(fixed_compliance_t), allocatable :: fixed
     class(reduced_t), allocatable :: fallback
 
-    allocate (condensed)
-    condensed%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
-    condensed%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
-    condensed%exact_dofs = [1, 2, 3, 4]
-    condensed%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
-    condensed%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
+    allocate (condensed, fixed)
+    fixed%compliance = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 2.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 4.0_rk], [3, 3])
+    fixed%free_opening = reshape([1.0_rk, 3.0_rk, 2.0_rk, -4.0_rk, -5.0_rk, -6.0_rk], [3, 2])
+    fixed%exact_dofs = [1, 2, 3, 4]
+    fixed%free_response = reshape([0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 2.0_rk, 3.0_rk, 4.0_rk], [4, 2])
+    fixed%contact_response = reshape([1.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk, 0.0_rk, &
       0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [4, 3])
+    call move_alloc(fixed, condensed%compliance)
     call move_alloc(condensed, fallback)
     call set_fallback(model, fallback)
   end subroutine add_full_order
 
-  !> A part of a model as a condensed one; null where it is of another kind.
+  !> The fixed compliance of a part of a model; null where it is of another kind.
   function condensed_of(model, i_part) result(condensed)
     type(model_t), target, intent(in) :: model
     integer, intent(in) :: i_part
-    type(reduced_condensed_t), pointer :: condensed
+    type(fixed_compliance_t), pointer :: condensed
 
     condensed => null()
-    select type (part => model%parts(i_part)%reduced)
-    type is (reduced_condensed_t)
-      condensed => part
+    select type (compliance => compliance_of(model, i_part))
+    type is (fixed_compliance_t)
+      condensed => compliance
     end select
   end function condensed_of
 
@@ -107,7 +110,8 @@ contains
   !> Without contact the square of the displacement in the norm of the stiffness is 90 squeeze^2 (1 + nu) / s.
   subroutine build_interpolated_model(model)
     type(model_t), intent(out) :: model
-    type(reduced_interpolated_t), allocatable :: interpolated
+    type(condensed_model_t), allocatable :: condensed
+    type(body_compliance_t), allocatable :: interpolated
     real(rk) :: compliance(9), opening(6), field(8), contact_field(12), gap(3, 4), nu
     integer :: i, i_term
 
@@ -154,7 +158,9 @@ contains
     end associate
     deallocate (model%parts)
     allocate (model%parts(1))
-    call move_alloc(interpolated, model%parts(1)%reduced)
+    allocate (condensed)
+    call move_alloc(interpolated, condensed%compliance)
+    call move_alloc(condensed, model%parts(1)%reduced)
   end subroutine build_interpolated_model
 
   subroutine build_cluster(cluster)

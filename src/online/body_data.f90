@@ -1,14 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> The data of an interpolated model: the condensed problem of bodies whose elastic constants depend on the parameters. Training
-!> makes them and a file keeps them.
+!> The data of a condensed problem of bodies whose elastic constants depend on the parameters. Training makes them and a file keeps
+!> them.
 !>
-!> 0 <= z, W(mu) z + q(mu) >= 0, complementary; W and q are sums over bodies (sig_body_response). The unknowns z are the contact
-!> forces. Anchors hold bodies that only contact holds, as in sig_condensed_data: the unknown of an anchor is its opening over
-!> `scale`. The responses of the bodies have closed anchors, except in the rows of the anchors themselves: these have open anchors,
-!> and give the distance by which the bodies move.
-module sig_interpolated_data
+!> W and q are sums over bodies (sig_body_response). The responses of the bodies have closed anchors, except in the rows of the
+!> anchors themselves: these have open anchors, and give the distance by which the bodies move.
+module sig_body_data
   use sig_body_modes, only: body_modes_t
   use sig_body_response, only: body_response_t
+  use sig_compliance, only: compliance_point_t, compliance_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -16,38 +15,29 @@ module sig_interpolated_data
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_reduced_exact, only: reduced_exact_t
   use sig_rounding, only: rounding
-  use sig_shape_checks, only: are_indices, is_matrix, place_in_ascending
+  use sig_shape_checks, only: is_matrix
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: interpolated_data_t
+  public :: body_data_t
 
-  type, abstract, extends(reduced_exact_t) :: interpolated_data_t
+  type, abstract, extends(compliance_t) :: body_data_t
     type(body_response_t), allocatable :: bodies(:)
     !> [length per unit of theta] gaps D after motions that close the anchors; of anchors D itself; shape (n_multipliers, n_terms)
     real(rk), allocatable :: gap(:, :)
-    !> rows that are anchors, 1-based among the multipliers
-    integer, allocatable :: anchors(:)
     !> [-] length by which all contacts close as each anchor closes by 1, shape (n_multipliers, n_anchors)
     real(rk), allocatable :: anchor_closing(:, :)
     !> [force per unit of theta] forces of the anchors, all closed, if no other contact has a force; shape (n_anchors, n_terms)
     real(rk), allocatable :: anchor_forces(:, :)
     !> [-] displacement of the exact dofs as an anchor closes by 1, shape (n_exact, n_anchors)
     real(rk), allocatable :: anchor_motions(:, :)
-    !> [length/force] scale of the anchors' unknowns
-    real(rk) :: scale = 1
     !> displacements of the other dofs, one entry per body; empty: the other dofs have no displacement
     type(body_modes_t), allocatable :: modes(:)
     !> [-] displacement of all dofs as an anchor closes by 1, in a model with modes; shape (n_dofs, n_anchors)
     real(rk), allocatable :: mode_motions(:, :)
     !> [length/force] W of all bodies at the place mu_0 of the modes; empty where the displacement bound does not need it
     real(rk), allocatable :: middle_compliance(:, :)
-    !> [sqrt(force*length)] largest |u|_K in training; 0 without displacements
-    real(rk) :: largest_field = 0
-    !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
-    real(rk) :: largest_size = 0
     !> [-] largest error of the forces at the training points whose constants are not interpolation nodes, relative to the size of
     !> the forces, which counts as at least a thousandth of the largest size
     real(rk) :: measured_error = 0
@@ -58,34 +48,27 @@ module sig_interpolated_data
   contains
     procedure :: complete
     procedure :: mismatch
-    procedure :: evaluate
+    procedure :: add_up
     procedure :: opening_terms
-    procedure :: field
     procedure :: has_material
     procedure :: has_bound
-    procedure :: bound
-    procedure :: field_bound
-    procedure :: size_of_field
-    procedure :: displacement_of
-    procedure :: moves
     procedure :: n_rows
     procedure :: has_modes
     procedure :: write
     procedure :: read
-  end type interpolated_data_t
+  end type body_data_t
 
 contains
 
   !> Allocates with size 0 each array of this type and of its base type that is not allocated. Arrays inside of its bodies and modes
   !> stay as they are.
   pure subroutine complete(self, sizes)
-    class(interpolated_data_t), intent(inout) :: self
+    class(body_data_t), intent(inout) :: self
     type(model_sizes_t), intent(in) :: sizes
 
     call self%complete_shared(sizes)
     if (.not. allocated(self%bodies)) allocate (self%bodies(0))
     call fill_missing(self%gap, sizes%n_multipliers)
-    call fill_missing(self%anchors)
     call fill_missing(self%anchor_closing, sizes%n_multipliers)
     if (.not. allocated(self%anchor_forces)) allocate (self%anchor_forces(0, sizes%n_terms))
     call fill_missing(self%anchor_motions, size(self%exact_dofs))
@@ -97,7 +80,7 @@ contains
   !> Returns the name of an array of this type, of one of its bodies or of one of its modes, whose shape or values do not fit the
   !> model; empty when all fit. The name does not say which body it is. Requires: complete or read.
   pure function mismatch(self, sizes) result(name)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
     type(model_sizes_t), intent(in) :: sizes
     character(:), allocatable :: name
     integer :: i
@@ -106,7 +89,6 @@ contains
     associate (n => sizes%n_multipliers, n_anchors => size(self%anchors), n_exact => size(self%exact_dofs))
       if (size(self%bodies) == 0) name = 'bodies'
       if (.not. is_matrix(self%gap, n, sizes%n_terms)) name = 'gap'
-      if (.not. (are_indices(self%anchors, n) .and. self%scale > 0)) name = 'anchors'
       if (.not. is_matrix(self%anchor_closing, n, n_anchors)) name = 'anchor_closing'
       if (.not. is_matrix(self%anchor_forces, n_anchors, sizes%n_terms)) name = 'anchor_forces'
       if (.not. is_matrix(self%anchor_motions, n_exact, n_anchors)) name = 'anchor_motions'
@@ -124,7 +106,7 @@ contains
 
   !> Returns the number of contact rows; anchors count, too.
   pure integer function n_rows(self)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
 
     n_rows = 0
     if (allocated(self%gap)) n_rows = size(self%gap, 1)
@@ -132,7 +114,7 @@ contains
 
   !> Whether modes give the displacement of the dofs that are not exact.
   pure logical function has_modes(self)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
 
     has_modes = .false.
     if (allocated(self%modes)) has_modes = size(self%modes) > 0
@@ -141,7 +123,7 @@ contains
   !> Whether the elastic constants of all bodies are possible at a point: moduli and their ratios above 0, Poisson's ratios above -1
   !> and below 0.5.
   pure logical function has_material(self, theta)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
     integer :: i, k
@@ -163,8 +145,8 @@ contains
 
   !> Computes W and q of the complementarity problem at a point; the unknowns of the anchors are their openings over `scale`.
   !> Requires: nodes%prepare of each body.
-  subroutine evaluate(self, theta, compliance, opening)
-    class(interpolated_data_t), intent(in) :: self
+  subroutine add_up(self, theta, compliance, opening)
+    class(body_data_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length/force] shape (n_multipliers, n_multipliers)
@@ -182,94 +164,28 @@ contains
       call self%bodies(i)%add_opening(theta, opening)
     end do
     call close_anchors(self, theta, compliance, opening)
-  end subroutine evaluate
+  end subroutine add_up
 
   !> Whether the model has a bound of the error that interpolation makes in the forces: each body is exact or has a bound.
   pure logical function has_bound(self)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
     integer :: i
 
     has_bound = all([(self%bodies(i)%has_bound(), i=1, size(self%bodies))])
   end function has_bound
 
-  !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem. For
-  !> other forces it bounds only the part of the error that interpolation makes. Source: README. Requires: has_bound.
-  real(rk) function bound(self, theta, unknowns)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
-    real(rk), contiguous, intent(in) :: unknowns(:)
-    real(rk) :: bounds(size(self%bodies)), forces(size(unknowns)), largest, limits(2, size(self%bodies)), total
-    integer :: i
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    do i = 1, size(bounds)
-      bounds(i) = self%bodies(i)%error_bound(theta, forces)
-      limits(:, i) = self%bodies(i)%stiffness_limits(theta)
-    end do
-    ! the W of the other bodies reduces the effect of the openings of one body; the bounds of several bodies add up
-    total = 0
-    do i = 1, size(bounds)
-      largest = maxval([limits(2, :i - 1), limits(2, i + 1:)])
-      total = total + bounds(i) / sqrt(1 + self%bodies(i)%bound%share * limits(1, i) / largest)
-    end do
-    bound = min(norm2(bounds), total)
-  end function bound
-
-  !> Returns a bound [sqrt(force*length)] of the error that interpolation makes in the displacement of the exact dofs under the same
-  !> contact forces, in the norm of the stiffness; bodies share no dofs. Rigid motions do not count. Requires: has_bound.
-  real(rk) function field_bound(self, theta, unknowns)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
-    real(rk), contiguous, intent(in) :: unknowns(:)
-    real(rk) :: bounds(size(self%bodies)), forces(size(unknowns))
-    integer :: i
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    do i = 1, size(bounds)
-      bounds(i) = self%bodies(i)%field_bound(theta, forces)
-    end do
-    field_bound = norm2(bounds)
-  end function field_bound
-
-  !> Returns the size |u|_K [sqrt(force*length)] of the displacement in the norm of the stiffness (driven_energy); rigid motions do
-  !> not count.
-  real(rk) function size_of_field(self, theta, unknowns, energy) result(size_of)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z: contact forces, shape (n_multipliers); values on anchors do not count
-    real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [force*length] z'W z without the anchors
-    real(rk), intent(in) :: energy
-    real(rk) :: forces(size(unknowns))
-    integer :: i
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    size_of = energy
-    do i = 1, size(self%bodies)
-      size_of = size_of + self%bodies(i)%driven_energy(theta, forces)
-    end do
-    size_of = sqrt(max(0.0_rk, size_of))
-  end function size_of_field
-
   !> Returns for each row the sum of the absolute values [length] of the terms of q: the gap for each term of theta, and the part of
   !> each body as one term. For an anchor these are its forces for each term of theta, times `scale`.
-  function opening_terms(self, theta) result(terms)
-    class(interpolated_data_t), intent(in) :: self
+  function opening_terms(self, theta, point) result(terms)
+    class(body_data_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
+    type(compliance_point_t), intent(in) :: point
     !> shape (n_multipliers)
-    real(rk) :: terms(size(self%gap, 1))
+    real(rk), allocatable :: terms(:)
     real(rk) :: of_body(size(self%gap, 1))
     integer :: i
 
-    terms = 0
+    allocate (terms(size(self%gap, 1)), source=0.0_rk)
     do i = 1, size(theta)
       terms = terms + abs(self%gap(:, i) * theta(i))
     end do
@@ -285,7 +201,7 @@ contains
   !> over `scale`, and its complementary value becomes its force times `scale`. q of an anchor is 0 if it is at most 1e-12 of the
   !> sum of the absolute values of its terms.
   pure subroutine close_anchors(self, theta, compliance, opening)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
     real(rk), intent(in) :: theta(:)
     real(rk), intent(inout) :: compliance(:, :)
     real(rk), intent(inout) :: opening(:)
@@ -307,79 +223,9 @@ contains
     compliance(self%anchors, self%anchors) = 0
   end subroutine close_anchors
 
-  !> Computes the displacement of the exact dofs, in the order of exact_dofs, with the rigid motions of the anchors.
-  subroutine field(self, theta, unknowns, displacement)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
-    real(rk), contiguous, intent(in) :: unknowns(:)
-    !> [length] shape (n_exact)
-    real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: forces(size(unknowns))
-    real(rk), allocatable :: own(:)
-    integer :: i
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    displacement = 0
-    do i = 1, size(self%bodies)
-      allocate (own(size(self%bodies(i)%own)), source=0.0_rk)
-      call self%bodies(i)%add_field(theta, forces, own)
-      displacement(self%bodies(i)%own) = own
-      deallocate (own)
-    end do
-    if (size(self%anchors) == 0) return
-    call multiply(1.0_rk, self%anchor_motions, self%moves(theta, unknowns), 1.0_rk, displacement)
-  end subroutine field
-
-  !> Returns the displacement [length] of one exact dof, with the rigid motions of the anchors.
-  pure real(rk) function displacement_of(self, theta, unknowns, i) result(displacement)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), intent(in) :: theta(:)
-    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
-    real(rk), intent(in) :: unknowns(:)
-    !> place among the exact dofs, 1-based
-    integer, intent(in) :: i
-    real(rk) :: forces(size(unknowns))
-    integer :: i_body, i_own
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    displacement = dot_product(self%anchor_motions(i, :), self%moves(theta, unknowns))
-    do i_body = 1, size(self%bodies)
-      i_own = place_in_ascending(self%bodies(i_body)%own, i)
-      if (i_own > 0) displacement = displacement + self%bodies(i_body)%displacement_of(theta, forces, i_own)
-    end do
-  end function displacement_of
-
-  !> Returns the distance [length] by which rigid motions of the bodies close each anchor, shape (n_anchors).
-  pure function moves(self, theta, unknowns)
-    class(interpolated_data_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), intent(in) :: theta(:)
-    !> [force] z: contact forces, at anchors the openings over `scale`; shape (n_multipliers)
-    real(rk), intent(in) :: unknowns(:)
-    real(rk) :: moves(size(self%anchors))
-    real(rk) :: forces(size(unknowns))
-    integer :: i, i_body
-
-    forces = unknowns
-    forces(self%anchors) = 0
-    do i = 1, size(self%anchors)
-      associate (row => self%anchors(i))
-        moves(i) = dot_product(self%gap(row, :), theta) - self%scale * unknowns(row)
-        do i_body = 1, size(self%bodies)
-          moves(i) = moves(i) + self%bodies(i_body)%opening_of_row(theta, forces, row)
-        end do
-      end associate
-    end do
-  end function moves
-
   !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
-    class(interpolated_data_t), intent(in) :: self
+    class(body_data_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file
     character(*), intent(in) :: group
     !> names of the units
@@ -387,7 +233,8 @@ contains
     character(*), intent(in) :: force
     integer :: i
 
-    call self%write_shared(file, group)
+    call self%write_shared(file, group, length, force)
+    call self%write_anchors(file, group, length, force)
     call file%write(group // '/n_bodies', size(self%bodies), description='number of groups below bodies')
     do i = 1, size(self%bodies)
       call self%bodies(i)%write(file, group // '/bodies/' // to_text(i), length, force)
@@ -400,21 +247,14 @@ contains
       'displacement of all dofs as an anchor closes by 1, an anchor per row; of a model with modes')
     call file%write(group // '/middle_compliance', self%middle_compliance, length // '/(' // force // ')', &
       'opening of each contact under a unit contact force of each contact at the moduli of the modes; empty: bounds do not need it')
-    call file%write(group // '/largest_field', self%largest_field, 'sqrt(' // force // '*' // length // ')', &
-      'largest size of the displacement in training, in the norm of the stiffness')
     call file%write(group // '/gap', self%gap, length, 'initial gap of each contact with closed anchors, of an anchor ' // &
       'with open ones; a term per row')
-    call file%write(group // '/anchors', self%anchors, description='contacts that hold bodies which nothing else holds, 1-based')
     call file%write(group // '/anchor_closing', self%anchor_closing, '1', 'how far each contact closes as an anchor closes by ' // &
       '1, an anchor per row')
     call file%write(group // '/anchor_forces', self%anchor_forces, force, 'forces of the anchors where no other contact has ' // &
       'a force, a term per row')
     call file%write(group // '/anchor_motions', self%anchor_motions, '1', &
       'displacement of the exact dofs as an anchor closes by 1, an anchor per row')
-    call file%write(group // '/scale', self%scale, length // '/(' // force // ')', 'the unknown of an anchor is its opening ' // &
-      'over this scale, not its force')
-    call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
-      'largest size of the contact forces in training, in the norm of the compliance')
     call file%write(group // '/measured_error', self%measured_error, '1', &
       'largest error of the contact forces at the training points, relative')
     call file%write(group // '/worst_point', self%worst_point, description='training point (1-based) with this largest error')
@@ -425,13 +265,14 @@ contains
   !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank. If the group of a body
   !> is missing, `bodies` becomes empty; if the group of the modes of a body is missing, `modes` becomes empty.
   subroutine read(self, file, group, error)
-    class(interpolated_data_t), intent(inout) :: self
+    class(body_data_t), intent(inout) :: self
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
     integer :: i, n_bodies, n_modes
 
     call self%read_shared(file, group, error)
+    call self%read_anchors(file, group, error)
     call file%read(group // '/n_bodies', n_bodies, error)
     call file%read(group // '/n_modes', n_modes, error)
     if (allocated(error)) return
@@ -448,16 +289,12 @@ contains
     end do
     call file%read(group // '/mode_motions', self%mode_motions, error)
     call file%read(group // '/middle_compliance', self%middle_compliance, error)
-    call file%read(group // '/largest_field', self%largest_field, error)
     call file%read(group // '/gap', self%gap, error)
-    call file%read(group // '/anchors', self%anchors, error)
     call file%read(group // '/anchor_closing', self%anchor_closing, error)
     call file%read(group // '/anchor_forces', self%anchor_forces, error)
     call file%read(group // '/anchor_motions', self%anchor_motions, error)
-    call file%read(group // '/scale', self%scale, error)
-    call file%read(group // '/largest_size', self%largest_size, error)
     call file%read(group // '/measured_error', self%measured_error, error)
     call file%read(group // '/worst_point', self%worst_point, error)
     call file%read(group // '/n_factorizations', self%n_factorizations, error)
   end subroutine read
-end module sig_interpolated_data
+end module sig_body_data

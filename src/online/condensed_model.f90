@@ -1,0 +1,506 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The full-order contact problem condensed to its contacts, as a kind of reduced model: it solves for the forces on all contacts,
+!> without reconstruction, and needs no mesh. Where W and q come from is the matter of its compliance (sig_compliance).
+!>
+!> A query starts from the active set of the nearest training point.
+module sig_condensed_model
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_answer, only: answer_condensed, answer_t
+  use sig_compliance, only: compliance_point_t, compliance_t
+  use sig_condensed_certificate, only: condensed_certificate_t
+  use sig_dense_kernels, only: add_few_columns
+  use sig_errors, only: error_t
+  use sig_free_motions, only: anchor_work, count_free_motions
+  use sig_gradient, only: gradient_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
+  use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
+  use sig_linear_algebra, only: multiply
+  use sig_reasons, only: reason_no_material, reason_outside, reason_pulled_off, reason_ray
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  implicit none(type, external)
+  private
+  public :: condensed_model_t
+
+  !> reasons why differentiate_lcp finds no derivatives
+  character(*), parameter :: not_unique = 'the contact forces have no derivative at this point: they ' // &
+    'are not unique, or contacts that touch without a force leave no solution beside this point'
+  character(*), parameter :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
+    'this direction, the loads move a body that no contact force holds here'
+
+  type, extends(reduced_t) :: condensed_model_t
+    class(compliance_t), allocatable :: compliance
+    type(condensed_certificate_t), allocatable, private :: certificate
+  contains
+    procedure :: kind => kind_of
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: prepare
+    procedure :: create_room
+    procedure :: solve
+    procedure :: fill_multipliers
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
+    procedure :: contact_rows
+    procedure :: n_rows
+    procedure :: n_modes
+    procedure :: write
+    procedure :: read
+    procedure :: describe
+    procedure :: is_exact
+    procedure :: has_displacement
+    procedure :: has_whole_field
+    procedure :: displacement_source
+    procedure :: energy
+    procedure :: correct_forces
+    procedure :: can_certify
+    procedure :: certify
+    procedure :: differentiate
+    procedure :: displacement_changes
+    procedure :: size_of_forces
+    procedure :: size_of_field
+  end type condensed_model_t
+
+  type, extends(room_t) :: condensed_room_t
+    type(lcp_workspace_t) :: workspace
+    type(lcp_solution_t) :: solution
+    !> W and q of the point
+    type(compliance_point_t) :: point
+    !> [length] w = W z + q, shape (n_unknowns)
+    real(rk), allocatable :: opening(:)
+    !> active set to start from, shape (n_unknowns)
+    logical, allocatable :: start(:)
+  end type condensed_room_t
+
+contains
+
+  pure function kind_of(self) result(name)
+    class(condensed_model_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = self%compliance%kind()
+  end function kind_of
+
+  !> Allocates each array that is not allocated, with size 0 or without values.
+  pure subroutine complete(self, sizes)
+    class(condensed_model_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+
+    call self%compliance%complete(sizes)
+  end subroutine complete
+
+  !> Returns the name of an array whose shape or values do not fit the model, one of them if there are several; empty when all fit.
+  !> Requires: complete.
+  pure function mismatch(self, sizes) result(name)
+    class(condensed_model_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = self%compliance%mismatch(sizes)
+  end function mismatch
+
+  !> Prepares the compliance and the certificate (can_certify says whether there are bounds). There are no errors: message stays
+  !> unallocated.
+  subroutine prepare(self, message)
+    class(condensed_model_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+    type(condensed_certificate_t), allocatable :: certificate
+
+    call self%compliance%prepare()
+    allocate (certificate)
+    call certificate%create(self%compliance)
+    call move_alloc(certificate, self%certificate)
+  end subroutine prepare
+
+  !> Makes the work arrays for one thread.
+  subroutine create_room(self, room)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), allocatable, intent(out) :: room
+    type(condensed_room_t), allocatable :: own
+    integer :: n
+
+    n = self%n_rows()
+    allocate (own)
+    call self%compliance%create_point(own%point)
+    allocate (own%opening(n), own%start(n))
+    call move_alloc(own, room)
+  end subroutine create_room
+
+  !> Solves the complementarity problem of all contacts. Arguments: solve_at in sig_reduced; there is one solution, and no judge is
+  !> asked.
+  subroutine solve(self, theta, near, room, answer, judge)
+    class(condensed_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
+
+    select type (room)
+    type is (condensed_room_t)
+      call try_systems(self%compliance, theta, near, room, answer)
+    end select
+  end subroutine solve
+
+  !> Tries the systems of the compliance one after the other, until one gives an answer.
+  subroutine try_systems(compliance, theta, near, room, answer)
+    class(compliance_t), intent(in) :: compliance
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    type(condensed_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    integer :: first, i
+
+    answer%n_iterations = 0
+    first = compliance%first_system(near%nearest)
+    do i = 0, compliance%n_systems() - 1
+      room%point%i_system = modulo(first - 1 + i, compliance%n_systems()) + 1
+      call solve_system(compliance, theta, near, room, answer)
+      if (answer%reason > 0) return
+    end do
+  end subroutine try_systems
+
+  !> Solves a system, and sets the forces of all rows. Without an answer the reason is that of solve_lcp, reason_no_material for
+  !> impossible elastic constants, or reason_outside where rows that are no unknowns have the wrong sign; in a problem with anchors
+  !> reason_ray becomes reason_pulled_off.
+  subroutine solve_system(compliance, theta, near, room, answer)
+    class(compliance_t), target, intent(in) :: compliance
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    type(condensed_room_t), target, intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk), pointer, contiguous :: matrix(:, :)
+    logical :: is_valid
+    integer :: n
+
+    answer%reason = reason_no_material
+    call compliance%evaluate(theta, room%point, is_valid)
+    if (.not. is_valid) return
+    matrix => compliance%matrix(room%point)
+    call find_unknowns(compliance, matrix, theta, near, room, answer)
+    if (answer%reason == reason_ray .and. size(compliance%anchors) > 0) answer%reason = reason_pulled_off
+    if (answer%reason <= 0) return
+    n = size(room%point%opening)
+    room%opening = room%point%opening
+    call add_few_columns(matrix, answer%unknowns(:n), room%opening)
+    call compliance%expand(theta, room%point, room%opening, answer%unknowns(:n), answer%multipliers, is_valid)
+    if (.not. is_valid) then
+      answer%reason = reason_outside
+      answer%n_solutions = 0
+      return
+    end if
+    call compliance%drop_rounding(theta, room%point, answer%unknowns(:n), answer%multipliers)
+    call count_free(matrix, compliance, answer)
+    call answer%take_all_forces()
+    call compliance%solve_modes(room%point, answer)
+  end subroutine solve_system
+
+  !> Solves for the unknowns by what is known of the nearest training point (solve_near), and with all of W if that gives no answer.
+  subroutine find_unknowns(compliance, matrix, theta, near, room, answer)
+    class(compliance_t), intent(in) :: compliance
+    !> [length/force] W
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    !> with q in room%point
+    type(condensed_room_t), intent(inout) :: room
+    !> out: reason and unknowns
+    type(answer_t), intent(inout) :: answer
+    logical :: is_tried
+
+    answer%reason = reason_ray
+    call compliance%start_from(near%nearest, room%point, room%start)
+    call compliance%solve_near(near%nearest, theta, room%start, room%point, room%solution, room%workspace, answer%unknowns, &
+      is_tried)
+    if (is_tried) call answer%take_solution(room%solution, answer_condensed)
+    if (answer%reason > 0) return
+    call solve_lcp(matrix, room%point%opening, room%start, room%solution, room%workspace)
+    call answer%take_solution(room%solution, answer_condensed)
+    answer%unknowns(:size(room%start)) = room%solution%lambda
+  end subroutine find_unknowns
+
+  !> Counts the motions that no force holds (n_free_motions).
+  subroutine count_free(matrix, compliance, answer)
+    !> [length/force] W
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    class(compliance_t), intent(in) :: compliance
+    !> in: multipliers, 0 where they are only rounding
+    type(answer_t), intent(inout) :: answer
+
+    answer%n_free_motions = 0
+    if (size(compliance%anchors) == 0) return
+    answer%n_free_motions = count_free_motions(anchor_work(matrix, compliance%anchors, compliance%scale), answer%multipliers)
+  end subroutine count_free
+
+  !> Copies the forces of all contacts from the answer, which has them already; `room` is not used.
+  subroutine fill_multipliers(self, answer, room, multipliers)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    class(room_t), intent(inout) :: room
+    real(rk), intent(out) :: multipliers(:)
+
+    multipliers = answer%multipliers
+  end subroutine fill_multipliers
+
+  !> Computes the displacement [length] of all dofs, shape (n_dofs); it is NaN for dofs of which there is none.
+  subroutine fill_displacement(self, answer, displacement)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    real(rk), contiguous, intent(inout) :: displacement(:)
+
+    call self%compliance%fill_field(answer, displacement)
+  end subroutine fill_displacement
+
+  !> Returns the displacement [length] of one dof, 1-based; NaN if there is none of this dof.
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+
+    displacement = self%compliance%field_of_dof(answer, dof)
+  end function displacement_of_dof
+
+  !> Returns the numbers 1, 2, ..., n_rows: the part gives the forces of all contact rows of the model.
+  pure function contact_rows(self) result(numbers)
+    class(condensed_model_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+    integer :: i
+
+    numbers = [(i, i=1, self%n_rows())]
+  end function contact_rows
+
+  pure integer function n_rows(self)
+    class(condensed_model_t), intent(in) :: self
+
+    n_rows = self%compliance%n_rows()
+  end function n_rows
+
+  !> Returns the number of mode coordinates in an answer. Forces do not depend on them.
+  pure integer function n_modes(self)
+    class(condensed_model_t), intent(in) :: self
+
+    n_modes = self%compliance%n_modes()
+  end function n_modes
+
+  !> Writes the part to a group of a model file. A failure of the file is reported when the file is closed.
+  subroutine write(self, file, group, length, force)
+    class(condensed_model_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call self%compliance%write(file, group, length, force)
+  end subroutine write
+
+  !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank.
+  subroutine read(self, file, group, error)
+    class(condensed_model_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call self%compliance%read(file, group, error)
+  end subroutine read
+
+  pure function describe(self) result(text)
+    class(condensed_model_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    text = self%compliance%describe()
+  end function describe
+
+  !> Returns true: the forces are those of all contacts, without reconstruction.
+  pure logical function is_exact(self)
+    class(condensed_model_t), intent(in) :: self
+
+    is_exact = .true.
+  end function is_exact
+
+  pure logical function has_displacement(self)
+    class(condensed_model_t), intent(in) :: self
+
+    has_displacement = self%compliance%has_displacement()
+  end function has_displacement
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(condensed_model_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = self%compliance%has_whole_field(n_dofs)
+  end function has_whole_field
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(condensed_model_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = self%compliance%displacement_source(dof)
+  end function displacement_source
+
+  !> Returns the energy E = 1/2 lambda' W lambda + q' lambda [force*length] of forces of all contacts, without the rows of anchors;
+  !> huge for forces that do not balance the loads on bodies that only contact holds. Arguments: energy_unknown in sig_reduced.
+  !> Requires: prepare.
+  real(rk) function energy(self, theta, multipliers)
+    class(condensed_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: multipliers(:)
+
+    energy = self%certificate%energy(self%compliance, theta, multipliers)
+  end function energy
+
+  !> If only contact holds a body, removes forces on open contacts from `multipliers` and balances the others (correct of
+  !> sig_condensed_certificate, which says when nothing changes). Otherwise it does nothing. Arguments: nothing_to_correct in
+  !> sig_reduced. Requires: prepare.
+  subroutine correct_forces(self, theta, room, multipliers)
+    class(condensed_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    class(room_t), intent(inout) :: room
+    real(rk), contiguous, intent(inout) :: multipliers(:)
+
+    select type (room)
+    type is (condensed_room_t)
+      call self%certificate%correct(self%compliance, theta, room%point, room%opening, multipliers)
+    end select
+  end subroutine correct_forces
+
+  !> Whether the part can bound errors.
+  pure logical function can_certify(self)
+    class(condensed_model_t), intent(in) :: self
+
+    can_certify = .false.
+    if (allocated(self%certificate)) can_certify = self%certificate%is_valid(self%compliance)
+  end function can_certify
+
+  !> Sets the bounds of the answer: of the error of `multipliers`, whichever part found them, and for own forces of the displacement
+  !> (sig_condensed_certificate). Arguments: no_certificate in sig_reduced. Requires: can_certify; for own forces, that solve with
+  !> this room found them last.
+  subroutine certify(self, multipliers, is_own, room, answer)
+    class(condensed_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: multipliers(:)
+    logical, intent(in) :: is_own
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    select type (room)
+    type is (condensed_room_t)
+      if (is_own) then
+        call self%certificate%certify_own(self%compliance, multipliers, room%point, room%opening, answer)
+      else
+        call self%certificate%certify_foreign(self%compliance, multipliers, room%point, room%opening, answer)
+      end if
+    end select
+  end subroutine certify
+
+  !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
+  !> the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the contacts that graze
+  !> has no solution (differentiate_lcp). Arguments: no_derivative in sig_reduced.
+  subroutine differentiate(self, answer, gradient, message)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+
+    call differentiate_problem(self%compliance, answer, gradient, message)
+    if (.not. allocated(message)) call self%compliance%complete_gradient(answer, gradient)
+  end subroutine differentiate
+
+  subroutine differentiate_problem(compliance, answer, gradient, message)
+    class(compliance_t), target, intent(in) :: compliance
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    type(compliance_point_t), target :: point
+    real(rk), pointer, contiguous :: matrix(:, :)
+    real(rk), allocatable :: changes(:, :), sizes(:)
+    type(lcp_derivative_t) :: derivative
+    integer :: i, n
+    logical :: is_possible
+
+    call compliance%create_point(point)
+    point%i_system = max(1, answer%row_cluster)
+    call compliance%evaluate(answer%theta, point, is_possible)
+    n = size(point%opening)
+    allocate (changes(n, size(gradient%theta, 2)))
+    do i = 1, size(changes, 2)
+      call compliance%change_openings(point, answer%theta, gradient%theta(:, i), answer%unknowns(:n), changes(:, i))
+    end do
+    changes = gradient%direction * changes
+    sizes = gradient%sizes(compliance%opening_terms(answer%theta, point), changes)
+    matrix => compliance%matrix(point)
+    call differentiate_lcp(matrix, point%opening, sizes, answer%unknowns(:n), changes, derivative, compliance%anchors)
+    if (derivative%is_pushed) then
+      message = pushed
+    else if (derivative%is_singular) then
+      message = not_unique
+    else
+      call gradient%take_forces(derivative, compliance%anchors, compliance%scale)
+      call gradient%find_loose(matrix, compliance%anchors, compliance%scale, sizes, answer%unknowns(:n), answer%multipliers)
+      call compliance%expand_changes(point, gradient)
+    end if
+  end subroutine differentiate_problem
+
+  !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs of which there is no
+  !> displacement, and for those that move in a motion that no contact force holds. Arguments: no_changes in sig_reduced.
+  subroutine displacement_changes(self, answer, gradient, i_parameter, dofs, changes)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    integer, intent(in) :: dofs(:)
+    real(rk), intent(out) :: changes(:)
+    integer :: i
+
+    call self%compliance%change_field(answer, gradient, i_parameter, dofs, changes)
+    do i = 1, size(dofs)
+      if (gradient%is_loose(i_parameter, self%compliance%anchor_motion(dofs(i)))) changes(i) = ieee_value(1.0_rk, ieee_quiet_nan)
+    end do
+  end subroutine displacement_changes
+
+  !> Returns the size sqrt(lambda' W lambda) [sqrt(force*length)] of forces, with closed anchors: forces on anchors do not count. W
+  !> is that of the point that `solve` left in the room.
+  real(rk) function size_of_forces(self, room, multipliers)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    !> [force] of all contacts, shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+
+    size_of_forces = 0
+    select type (room)
+    type is (condensed_room_t)
+      size_of_forces = size_in_energy(self%compliance, room%point, self%compliance%with_closed_anchors(multipliers))
+    end select
+  end function size_of_forces
+
+  !> Returns the size |u|_K [sqrt(force*length)] of the displacement in the norm of the stiffness, under unknowns z with closed
+  !> anchors. W is that of the point that `solve` left in the room.
+  real(rk) function size_of_field(self, room, theta, unknowns)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] shape (n_multipliers); values on anchors do not count
+    real(rk), contiguous, intent(in) :: unknowns(:)
+
+    size_of_field = 0
+    select type (room)
+    type is (condensed_room_t)
+      size_of_field = self%compliance%size_of_field(theta, self%compliance%with_closed_anchors(unknowns), &
+        self%size_of_forces(room, unknowns)**2, room%point)
+    end select
+  end function size_of_field
+
+  real(rk) function size_in_energy(compliance, point, forces)
+    class(compliance_t), target, intent(in) :: compliance
+    type(compliance_point_t), target, intent(in) :: point
+    !> [force] zero at anchors
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk), pointer, contiguous :: matrix(:, :)
+    real(rk) :: closing(size(forces))
+
+    matrix => compliance%matrix(point)
+    call multiply(1.0_rk, matrix, forces, 0.0_rk, closing)
+    size_in_energy = sqrt(max(0.0_rk, dot_product(forces, closing)))
+  end function size_in_energy
+end module sig_condensed_model
