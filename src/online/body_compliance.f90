@@ -5,14 +5,12 @@ module sig_body_compliance
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t, comparable_size
   use sig_body_data, only: body_data_t
-  use sig_body_derivative, only: body_derivative_t
-  use sig_body_modes_derivative, only: differentiate_modes
+  use sig_body_response, only: body_weights_t
   use sig_compliance, only: compliance_point_t, round_work
   use sig_dense_kernels, only: factor_cholesky, reduce_cholesky
   use sig_description_line, only: line, modes_text
   use sig_gradient, only: gradient_t
   use sig_kinds, only: rk
-  use sig_lcp_rounding, only: drop_forces
   use sig_linear_algebra, only: multiply
   use sig_shape_checks, only: place_in_ascending
   use sig_text, only: counted, short_number, to_text
@@ -28,14 +26,11 @@ module sig_body_compliance
   contains
     procedure :: kind => kind_of
     procedure :: describe
-    procedure :: describe_field
     procedure :: is_fixed
     procedure :: prepare
     procedure :: create_point
     procedure :: evaluate
     procedure :: matrix
-    procedure :: anchor_work
-    procedure :: drop_rounding
     procedure :: change_openings
     procedure :: fill_field
     procedure :: field_of_dof
@@ -82,15 +77,8 @@ contains
         end if
       end associate
     end do
-    text = text // line('  displacements', self%displacement_text())
+    text = text // line('  displacements', self%displacement_text(modes_text(self%n_modes())))
   end function describe
-
-  pure function describe_field(self) result(text)
-    class(body_compliance_t), intent(in) :: self
-    character(:), allocatable :: text
-
-    text = modes_text(self%n_modes())
-  end function describe_field
 
   pure logical function is_fixed(self)
     class(body_compliance_t), intent(in) :: self
@@ -140,28 +128,6 @@ contains
 
     matrix => point%matrix
   end function matrix
-
-  pure function anchor_work(self) result(work)
-    class(body_compliance_t), intent(in) :: self
-    real(rk), allocatable :: work(:, :)
-    integer :: i
-
-    work = self%anchor_closing
-    work(self%anchors, :) = 0
-    do i = 1, size(self%anchors)
-      work(self%anchors(i), i) = 1
-    end do
-  end function anchor_work
-
-  subroutine drop_rounding(self, theta, point, unknowns, forces)
-    class(body_compliance_t), intent(in) :: self
-    real(rk), contiguous, intent(in) :: theta(:)
-    type(compliance_point_t), intent(in) :: point
-    real(rk), intent(in) :: unknowns(:)
-    real(rk), intent(inout) :: forces(:)
-
-    call drop_forces(point%matrix, self%opening_terms(theta, point), self%anchors, self%scale, unknowns, forces)
-  end subroutine drop_rounding
 
   !> Computes the coordinates of the modes of all bodies under loads and contact forces, a bound of the residual of equilibrium, and
   !> the size of the displacement. The coordinates of a body are zero if its reduced stiffness is not positive definite. Then it
@@ -259,7 +225,7 @@ contains
     integer :: first, i, last
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
-    moves = anchor_moves(self, answer%theta, answer%unknowns)
+    moves = anchor_moves(self, answer%theta, answer%unknowns, answer%theta)
     last = 0
     do i = 1, size(self%modes)
       first = last + 1
@@ -287,7 +253,7 @@ contains
     displacement = 0
     do i = 1, size(self%bodies)
       allocate (own(size(self%bodies(i)%own)), source=0.0_rk)
-      call self%bodies(i)%add_field(theta, forces, own)
+      call self%bodies(i)%add_field(self%bodies(i)%weights_at(theta), theta, forces, own)
       displacement(self%bodies(i)%own) = own
       deallocate (own)
     end do
@@ -301,14 +267,14 @@ contains
 
     i = place_in_ascending(self%exact_dofs, dof)
     if (i > 0) then
-      displacement = dot_product(self%anchor_motions(i, :), anchor_moves(self, answer%theta, answer%unknowns))
+      displacement = dot_product(self%anchor_motions(i, :), anchor_moves(self, answer%theta, answer%unknowns, answer%theta))
       do i_body = 1, size(self%bodies)
         i_own = place_in_ascending(self%bodies(i_body)%own, i)
-        if (i_own > 0) displacement = displacement + &
-          self%bodies(i_body)%displacement_of(answer%theta, self%with_closed_anchors(answer%unknowns), i_own)
+        if (i_own > 0) displacement = displacement + self%bodies(i_body)%displacement_of( &
+          self%bodies(i_body)%weights_at(answer%theta), answer%theta, self%with_closed_anchors(answer%unknowns), i_own)
       end do
     else if (size(self%modes) > 0) then
-      displacement = dot_product(self%mode_motions(dof, :), anchor_moves(self, answer%theta, answer%unknowns)) + &
+      displacement = dot_product(self%mode_motions(dof, :), anchor_moves(self, answer%theta, answer%unknowns, answer%theta)) + &
         value_by_modes(self, answer%theta, answer%coordinates, dof)
     else
       displacement = ieee_value(1.0_rk, ieee_quiet_nan)
@@ -335,25 +301,30 @@ contains
     end do
   end function value_by_modes
 
-  !> Returns the distance [length] by which rigid motions of the bodies close each anchor, shape (n_anchors).
-  pure function anchor_moves(self, theta, unknowns) result(moves)
+  !> Returns the distance [length] by which rigid motions of the bodies close each anchor, shape (n_anchors). It is linear in theta
+  !> and unknowns.
+  pure function anchor_moves(self, theta, unknowns, at) result(moves)
     class(body_compliance_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), intent(in) :: theta(:)
     !> [force] z, shape (n_multipliers)
     real(rk), intent(in) :: unknowns(:)
+    !> values of the terms for the elastic constants, shape (n_terms)
+    real(rk), intent(in) :: at(:)
     real(rk) :: moves(size(self%anchors))
     real(rk) :: forces(size(unknowns))
+    type(body_weights_t) :: weights
     integer :: i, i_body
 
     forces = self%with_closed_anchors(unknowns)
     do i = 1, size(self%anchors)
-      associate (row => self%anchors(i))
-        moves(i) = dot_product(self%gap(row, :), theta) - self%scale * unknowns(row)
-        do i_body = 1, size(self%bodies)
-          moves(i) = moves(i) + self%bodies(i_body)%opening_of_row(theta, forces, row)
-        end do
-      end associate
+      moves(i) = dot_product(self%gap(self%anchors(i), :), theta) - self%scale * unknowns(self%anchors(i))
+    end do
+    do i_body = 1, merge(size(self%bodies), 0, size(moves) > 0)
+      weights = self%bodies(i_body)%weights_at(at)
+      do i = 1, size(moves)
+        moves(i) = moves(i) + self%bodies(i_body)%opening_of_row(weights, theta, forces, self%anchors(i))
+      end do
     end do
   end function anchor_moves
 
@@ -381,13 +352,15 @@ contains
     !> values on anchors do not count, because their columns of W do not change
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk), contiguous, intent(inout) :: changes(:)
-    type(body_derivative_t) :: derivative
+    type(body_weights_t) :: weight_changes
     integer :: i
 
     call multiply(1.0_rk, self%gap, theta_change, 0.0_rk, changes)
     do i = 1, size(self%bodies)
-      call derivative%create(self%bodies(i), theta, theta_change)
-      call derivative%add_opening(self%bodies(i), self%with_closed_anchors(unknowns), changes)
+      weight_changes = self%bodies(i)%change_weights(theta, theta_change)
+      call self%bodies(i)%add_closing(weight_changes, self%with_closed_anchors(unknowns), changes)
+      call self%bodies(i)%add_opening(weight_changes, theta, changes)
+      call self%bodies(i)%add_opening(self%bodies(i)%weights_at(theta), theta_change, changes)
     end do
     changes(self%anchors) = self%scale * matmul(self%anchor_forces, theta_change)
     call round_work(self%anchors, self%scale * matmul(abs(self%anchor_forces), abs(theta_change)), changes)
@@ -428,8 +401,7 @@ contains
     do i = 1, size(self%modes)
       first = last + 1
       last = last + self%modes(i)%n_modes()
-      call differentiate_modes(self%modes(i), answer%theta, theta_change, answer%coordinates(first:last), force_change, &
-        changes(first:last))
+      call self%modes(i)%change(answer%theta, theta_change, answer%coordinates(first:last), force_change, changes(first:last))
     end do
   end subroutine change_modes
 
@@ -442,17 +414,16 @@ contains
     !> [force] change of z, shape (n_multipliers)
     real(rk), intent(in) :: unknown_change(:)
     real(rk) :: changes(size(self%anchors))
-    type(body_derivative_t) :: derivative
+    real(rk) :: forces(size(unknown_change))
+    type(body_weights_t) :: weight_changes
     integer :: i, i_body
 
-    do i = 1, size(changes)
-      changes(i) = dot_product(self%gap(self%anchors(i), :), theta_change) - self%scale * unknown_change(self%anchors(i))
-    end do
+    forces = self%with_closed_anchors(answer%unknowns)
+    changes = anchor_moves(self, theta_change, unknown_change, answer%theta)
     do i_body = 1, merge(size(self%bodies), 0, size(changes) > 0)
-      call derivative%create(self%bodies(i_body), answer%theta, theta_change)
+      weight_changes = self%bodies(i_body)%change_weights(answer%theta, theta_change)
       do i = 1, size(changes)
-        changes(i) = changes(i) + derivative%opening_of_row(self%bodies(i_body), self%with_closed_anchors(answer%unknowns), &
-          self%with_closed_anchors(unknown_change), self%anchors(i))
+        changes(i) = changes(i) + self%bodies(i_body)%opening_of_row(weight_changes, answer%theta, forces, self%anchors(i))
       end do
     end do
   end function move_changes
@@ -488,7 +459,7 @@ contains
     integer, intent(in) :: places(:)
     real(rk) :: changes(size(places))
     real(rk) :: forces(size(answer%unknowns)), force_change(size(answer%unknowns))
-    type(body_derivative_t) :: derivative
+    type(body_weights_t) :: weight_changes, weights
     integer :: i, i_body, i_own
 
     forces = self%with_closed_anchors(answer%unknowns)
@@ -496,10 +467,12 @@ contains
     changes = matmul(self%anchor_motions(places, :), gradient%moves(:, i_parameter))
     do i_body = 1, size(self%bodies)
       associate (body => self%bodies(i_body))
-        call derivative%create(body, answer%theta, gradient%theta(:, i_parameter))
+        weights = body%weights_at(answer%theta)
+        weight_changes = body%change_weights(answer%theta, gradient%theta(:, i_parameter))
         do i = 1, size(places)
           i_own = place_in_ascending(body%own, places(i))
-          if (i_own > 0) changes(i) = changes(i) + derivative%displacement_of(body, forces, force_change, i_own)
+          if (i_own > 0) changes(i) = changes(i) + body%displacement_of(weight_changes, answer%theta, forces, i_own) + &
+            body%displacement_of(weights, gradient%theta(:, i_parameter), force_change, i_own)
         end do
       end associate
     end do

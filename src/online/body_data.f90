@@ -6,7 +6,7 @@
 !> anchors themselves: these have open anchors, and give the distance by which the bodies move.
 module sig_body_data
   use sig_body_modes, only: body_modes_t
-  use sig_body_response, only: body_response_t
+  use sig_body_response, only: body_response_t, body_weights_t
   use sig_compliance, only: compliance_point_t, compliance_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -154,14 +154,16 @@ contains
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
     real(rk), pointer, contiguous :: flat(:)
+    type(body_weights_t) :: weights
     integer :: i
 
     flat(1:size(compliance)) => compliance
     flat = 0
     call multiply(1.0_rk, self%gap, theta, 0.0_rk, opening)
     do i = 1, size(self%bodies)
-      call self%bodies(i)%add_compliance(theta, flat)
-      call self%bodies(i)%add_opening(theta, opening)
+      weights = self%bodies(i)%weights_at(theta)
+      call self%bodies(i)%add_compliance(weights, flat)
+      call self%bodies(i)%add_opening(weights, theta, opening)
     end do
     call close_anchors(self, theta, compliance, opening)
   end subroutine add_up
@@ -191,7 +193,7 @@ contains
     end do
     do i = 1, size(self%bodies)
       of_body = 0
-      call self%bodies(i)%add_opening(theta, of_body)
+      call self%bodies(i)%add_opening(self%bodies(i)%weights_at(theta), theta, of_body)
       terms = terms + abs(of_body)
     end do
     terms(self%anchors) = self%scale * matmul(abs(self%anchor_forces), abs(theta))

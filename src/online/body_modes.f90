@@ -19,7 +19,7 @@ module sig_body_modes
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix, place_in_ascending
   implicit none(type, external)
   private
-  public :: body_modes_t, find_coordinates, part_moduli, part_ratios
+  public :: body_modes_t, part_moduli
 
   !> The data of one body. In the units below the columns of L and Phi are lengths, and their factors theta and a have no unit.
   type :: body_modes_t
@@ -47,6 +47,7 @@ module sig_body_modes
   contains
     procedure :: n_modes
     procedure :: solve
+    procedure :: change
     procedure :: add_closing
     procedure :: stiffest
     procedure :: add_field
@@ -124,6 +125,56 @@ contains
     energy = work_of(size(place), stiffness, place)
     residual = size_of_residual(self, ratios, theta, forces, place)
   end subroutine solve
+
+  !> Computes the change da, to first order, of the coordinates of the modes for given changes of the terms and of the contact
+  !> forces, from K_r da = Phi'(F dtheta - B'dz) - sum_q dk_q Phi'K_q u - Phi'K L dtheta with K_r = Phi'K Phi at the point. da is
+  !> zero if K_r is not positive definite.
+  subroutine change(self, theta, theta_change, coordinates, force_change, changes)
+    class(body_modes_t), intent(in) :: self
+    !> values of the model's terms and their changes, shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [length] a, shape (n_modes)
+    real(rk), intent(in) :: coordinates(:)
+    !> [force] dz, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: force_change(:)
+    !> [length] da, shape (n_modes)
+    real(rk), intent(out) :: changes(:)
+    real(rk) :: place(size(self%basis, 2)), place_change(size(self%basis, 2))
+    real(rk) :: stiffness(size(place)**2), stiffness_change(size(place), size(place)), moved(size(place))
+    integer :: n_lifted
+
+    n_lifted = size(self%lifted_terms)
+    place = [theta(self%lifted_terms), coordinates]
+    place_change(:n_lifted) = theta_change(self%lifted_terms)
+    call multiply(1.0_rk, self%stiffness, part_ratios(self, theta), 0.0_rk, stiffness)
+    stiffness_change = reshape(matmul(self%stiffness, part_ratio_changes(self, theta, theta_change)), shape(stiffness_change))
+    moved = matmul(stiffness_change, place)
+    call find_coordinates(self, size(place), stiffness, theta_change, force_change, place_change, -moved(n_lifted + 1:))
+    changes = place_change(n_lifted + 1:)
+  end subroutine change
+
+  !> Returns dk_q [-], the changes of part_ratios, to first order, for a change of the terms. Moduli are proportional to Young's
+  !> modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu), d ln(G)/d nu = -1/(1 + nu).
+  pure function part_ratio_changes(self, theta, theta_change) result(changes)
+    type(body_modes_t), intent(in) :: self
+    !> values of the model's terms and their changes, shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+    real(rk) :: changes(size(self%moduli))
+    real(rk) :: bulk_slope
+    integer :: i
+
+    changes = part_ratios(self, theta)
+    do i = 1, size(self%modulus_terms)
+      associate (e => self%modulus_terms(i), nu => self%ratio_terms(i))
+        bulk_slope = 2 / (1 - 2 * theta(nu))
+        if (self%is_thin) bulk_slope = 1 / (1 - theta(nu))
+        changes(2 * i - 1) = changes(2 * i - 1) * (theta_change(e) / theta(e) + bulk_slope * theta_change(nu))
+        changes(2 * i) = changes(2 * i) * (theta_change(e) / theta(e) - theta_change(nu) / (1 + theta(nu)))
+      end associate
+    end do
+  end function part_ratio_changes
 
   !> Adds B u to `closing`, for u = L theta + Phi a: the length by which the body closes each contact row. Its rigid motion by
   !> anchors is left out.

@@ -9,7 +9,7 @@ module sig_body_response
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
-  use sig_interpolated_constants, only: to_variable
+  use sig_interpolated_constants, only: to_variable, variable_change
   use sig_interpolation_bound, only: interpolation_bound_t, stiffness_ratios
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
@@ -17,7 +17,14 @@ module sig_body_response
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix
   implicit none(type, external)
   private
-  public :: body_response_t, sum_of_row
+  public :: body_response_t, body_weights_t
+
+  !> Factors [-] of the responses at the nodes of the interpolation, shape (n_nodes): with the interpolation weights w, w / s of the
+  !> responses to forces, and w of those to prescribed displacements. Or the changes of these factors.
+  type :: body_weights_t
+    real(rk), allocatable :: of_forces(:)
+    real(rk), allocatable :: of_prescribed(:)
+  end type body_weights_t
 
   type :: body_response_t
     !> term of the model that is the body's modulus, and the modulus [force/length**2] for which s = 1
@@ -53,8 +60,10 @@ module sig_body_response
   contains
     procedure :: modulus_ratio
     procedure :: weights_at
+    procedure :: change_weights
     procedure :: variables_at
     procedure :: add_compliance
+    procedure :: add_closing
     procedure :: add_opening
     procedure :: add_field
     procedure :: has_bound
@@ -80,17 +89,44 @@ contains
     modulus_ratio = theta(self%modulus_term) / self%modulus
   end function modulus_ratio
 
-  !> Computes the weight of each node of the interpolation at a point, inside or outside of the box of the nodes. Requires:
-  !> nodes%prepare.
-  pure subroutine weights_at(self, theta, weights)
+  !> Returns the factors of the nodes at a point, inside or outside of the box of the nodes. Requires: nodes%prepare.
+  pure function weights_at(self, theta) result(weights)
     class(body_response_t), intent(in) :: self
     !> values of the model's terms
     real(rk), intent(in) :: theta(:)
-    !> [-] shape (n_nodes)
-    real(rk), contiguous, intent(inout) :: weights(:)
+    type(body_weights_t) :: weights
 
-    call self%nodes%weights(self%variables_at(theta), weights)
-  end subroutine weights_at
+    allocate (weights%of_prescribed(self%nodes%n_nodes()))
+    call self%nodes%weights(self%variables_at(theta), weights%of_prescribed)
+    weights%of_forces = weights%of_prescribed / self%modulus_ratio(theta)
+  end function weights_at
+
+  !> Returns the changes, to first order, of these factors for a change of the terms. Responses are linear in the factors, in the
+  !> terms and in the forces: their change is the response with the changed factors plus that to the changes of terms and forces.
+  function change_weights(self, theta, theta_change) result(changes)
+    class(body_response_t), intent(in) :: self
+    !> values of the model's terms and their changes
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    type(body_weights_t) :: changes
+    real(rk) :: constant_changes(size(self%numerators)), constants(size(self%numerators))
+    type(body_weights_t) :: weights
+    integer :: i
+
+    constants = constants_at(self, theta)
+    do i = 1, size(constants)
+      associate (above => self%numerators(i), below => self%denominators(i))
+        constant_changes(i) = theta_change(above)
+        if (below > 0) constant_changes(i) = (theta_change(above) - constants(i) * theta_change(below)) / theta(below)
+      end associate
+    end do
+    weights = self%weights_at(theta)
+    allocate (changes%of_prescribed(self%nodes%n_nodes()))
+    call self%nodes%weight_changes(self%variables_at(theta), &
+      variable_change(constants, constant_changes, self%denominators > 0, self%is_logarithmic), changes%of_prescribed)
+    changes%of_forces = changes%of_prescribed / self%modulus_ratio(theta) - &
+      weights%of_forces * theta_change(self%modulus_term) / theta(self%modulus_term)
+  end function change_weights
 
   !> Returns the variables [-] of the interpolation at a point: the constants of constants_at or, if is_logarithmic, logarithms
   !> made from them (to_variable of sig_interpolated_constants).
@@ -117,46 +153,59 @@ contains
     end do
   end function constants_at
 
-  !> Adds the body's part of W at a point to `compliance`; its rows of anchors are those of open anchors (sig_body_data).
-  subroutine add_compliance(self, theta, compliance)
+  !> Adds the body's part of W to `compliance`; its rows of anchors are those of open anchors (sig_body_data).
+  subroutine add_compliance(self, weights, compliance)
     class(body_response_t), intent(in) :: self
-    !> values of the model's terms
-    real(rk), contiguous, intent(in) :: theta(:)
+    type(body_weights_t), intent(in) :: weights
     !> [length/force] column by column, shape (n_multipliers**2)
     real(rk), contiguous, intent(inout) :: compliance(:)
-    real(rk) :: weights(self%nodes%n_nodes())
 
-    call self%weights_at(theta, weights)
-    call multiply(1 / self%modulus_ratio(theta), self%compliance, weights, 1.0_rk, compliance)
+    call multiply(1.0_rk, self%compliance, weights%of_forces, 1.0_rk, compliance)
   end subroutine add_compliance
 
-  !> Adds the body's part of q at a point to `opening`: the openings of the contacts by loads and prescribed displacements, without
-  !> the gaps D.
-  subroutine add_opening(self, theta, opening)
+  !> Adds the body's part of W z to `opening`.
+  subroutine add_closing(self, weights, forces, opening)
     class(body_response_t), intent(in) :: self
+    type(body_weights_t), intent(in) :: weights
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    !> [length] shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    real(rk) :: compliance(size(self%compliance, 1))
+
+    ! a parameter changes few bodies, so that weights are often zero
+    if (.not. any(abs(weights%of_forces) > 0)) return
+    call multiply(1.0_rk, self%compliance, weights%of_forces, 0.0_rk, compliance)
+    call add_columns(size(opening), compliance, forces, opening)
+  end subroutine add_closing
+
+  !> Adds the body's part of q to `opening`: the openings of the contacts by loads and prescribed displacements, without the gaps D.
+  subroutine add_opening(self, weights, theta, opening)
+    class(body_response_t), intent(in) :: self
+    type(body_weights_t), intent(in) :: weights
     !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: opening(:)
 
-    call add_driven(self, self%loaded_opening, self%prescribed_opening, theta, opening)
+    call add_driven(weights, self%loaded_opening, self%prescribed_opening, theta, opening)
   end subroutine add_opening
 
   !> Adds to `field` the displacement of the body's exact dofs by loads, prescribed displacements and contact forces, in the order
   !> of `own`. Rigid motions of the anchors are left out.
-  subroutine add_field(self, theta, forces, field)
+  subroutine add_field(self, weights, theta, forces, field)
     class(body_response_t), intent(in) :: self
+    type(body_weights_t), intent(in) :: weights
     !> values of the model's terms
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
     !> [length] shape (n_own)
     real(rk), contiguous, intent(inout) :: field(:)
-    real(rk) :: weights(self%nodes%n_nodes()), responses(size(self%contact_field, 1))
+    real(rk) :: responses(size(self%contact_field, 1))
 
-    call add_driven(self, self%loaded_field, self%prescribed_field, theta, field)
-    call self%weights_at(theta, weights)
-    call multiply(1 / self%modulus_ratio(theta), self%contact_field, weights, 0.0_rk, responses)
+    call add_driven(weights, self%loaded_field, self%prescribed_field, theta, field)
+    call multiply(1.0_rk, self%contact_field, weights%of_forces, 0.0_rk, responses)
     call add_columns(size(field), responses, -forces, field)
   end subroutine add_field
 
@@ -180,7 +229,7 @@ contains
     if (size(self%numerators) == 0) return
     constants = constants_at(self, theta)
     compliance = 0
-    call self%add_compliance(theta, compliance)
+    call self%add_compliance(self%weights_at(theta), compliance)
     bound = self%bound%evaluate(self%nodes%on_line(), constants(1), self%modulus_ratio(theta), self%denominators(1) > 0, &
       self%is_thin, bound_coefficients(self, theta, forces), reshape(compliance, [size(forces), size(forces)]))
   end function error_bound
@@ -213,16 +262,17 @@ contains
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
     real(rk) :: opening(size(forces)), products(nint(sqrt(real(size(self%loaded_energy, 1), rk))))
-    real(rk) :: responses(size(self%loaded_opening, 1)), squares(size(self%loaded_energy, 1)), weights(self%nodes%n_nodes())
+    real(rk) :: responses(size(self%loaded_opening, 1)), squares(size(self%loaded_energy, 1))
+    type(body_weights_t) :: weights
 
     opening = 0
     products = 0
     associate (s => self%modulus_ratio(theta), leading => theta(:size(products)))
-      call self%weights_at(theta, weights)
-      call multiply(1 / s, self%loaded_energy, weights, 0.0_rk, squares)
-      call multiply(s, self%prescribed_energy, weights, 1.0_rk, squares)
+      weights = self%weights_at(theta)
+      call multiply(1.0_rk, self%loaded_energy, weights%of_forces, 0.0_rk, squares)
+      call multiply(s, self%prescribed_energy, weights%of_prescribed, 1.0_rk, squares)
       call add_columns(size(products), squares, leading, products)
-      call multiply(1 / s, self%loaded_opening, weights, 0.0_rk, responses)
+      call multiply(1.0_rk, self%loaded_opening, weights%of_forces, 0.0_rk, responses)
       call add_columns(size(forces), responses, leading, opening)
       energy = dot_product(leading, products) + 2 * dot_product(forces, opening)
     end associate
@@ -259,49 +309,45 @@ contains
   end function stiffness_limits
 
   !> Returns the body's part [length] of one row of W z + q, without the gap D; the row of an anchor is that of the open anchor.
-  pure real(rk) function opening_of_row(self, theta, forces, row) result(opening)
+  pure real(rk) function opening_of_row(self, weights, theta, forces, row) result(opening)
     class(body_response_t), intent(in) :: self
+    type(body_weights_t), intent(in) :: weights
     real(rk), intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     !> row among the multipliers, 1-based
     integer, intent(in) :: row
-    real(rk) :: weights(self%nodes%n_nodes())
 
-    call self%weights_at(theta, weights)
-    opening = value_of(self, size(forces), row, self%loaded_opening, self%prescribed_opening, weights, theta) + &
-      sum_of_row(size(forces), row, self%compliance, weights, forces) / self%modulus_ratio(theta)
+    opening = value_of(weights, size(forces), row, self%loaded_opening, self%prescribed_opening, theta) + &
+      sum_of_row(size(forces), row, self%compliance, weights%of_forces, forces)
   end function opening_of_row
 
   !> Returns the displacement [length] of one of the body's exact dofs, without rigid motions of the anchors.
-  pure real(rk) function displacement_of(self, theta, forces, i) result(displacement)
+  pure real(rk) function displacement_of(self, weights, theta, forces, i) result(displacement)
     class(body_response_t), intent(in) :: self
+    type(body_weights_t), intent(in) :: weights
     real(rk), intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
     !> place in `own`, 1-based
     integer, intent(in) :: i
-    real(rk) :: weights(self%nodes%n_nodes())
 
-    call self%weights_at(theta, weights)
-    displacement = value_of(self, size(self%own), i, self%loaded_field, self%prescribed_field, weights, theta) - &
-      sum_of_row(size(self%own), i, self%contact_field, weights, forces) / self%modulus_ratio(theta)
+    displacement = value_of(weights, size(self%own), i, self%loaded_field, self%prescribed_field, theta) - &
+      sum_of_row(size(self%own), i, self%contact_field, weights%of_forces, forces)
   end function displacement_of
 
-  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), with s from theta, the values of the model's terms.
-  !> loaded and prescribed are given as `columns` of sum_of_row; n, row and weights are those of sum_of_row.
-  pure real(rk) function value_of(self, n, row, loaded, prescribed, weights, theta) result(value)
-    type(body_response_t), intent(in) :: self
+  !> Returns one row of (loaded / s + prescribed) theta(:n_driving_terms), where theta are the values of the model's terms.
+  !> loaded and prescribed are given as `columns` of sum_of_row; n and row are those of sum_of_row.
+  pure real(rk) function value_of(weights, n, row, loaded, prescribed, theta) result(value)
+    type(body_weights_t), intent(in) :: weights
     integer, intent(in) :: n
     integer, intent(in) :: row
     real(rk), intent(in) :: loaded(:, :)
     real(rk), intent(in) :: prescribed(:, :)
-    real(rk), intent(in) :: weights(:)
     real(rk), intent(in) :: theta(:)
 
     associate (leading => theta(:size(loaded, 1) / n))
-      value = sum_of_row(n, row, loaded, weights, leading) / self%modulus_ratio(theta) + &
-        sum_of_row(n, row, prescribed, weights, leading)
+      value = sum_of_row(n, row, loaded, weights%of_forces, leading) + sum_of_row(n, row, prescribed, weights%of_prescribed, leading)
     end associate
   end function value_of
 
@@ -325,22 +371,20 @@ contains
     end do
   end function sum_of_row
 
-  !> Adds (loaded / s + prescribed) theta(:n_driving_terms) to `values`. s and the interpolation of both matrices are those of the
-  !> point, from theta.
-  subroutine add_driven(self, loaded, prescribed, theta, values)
-    class(body_response_t), intent(in) :: self
+  !> Adds (loaded / s + prescribed) theta(:n_driving_terms) to `values`.
+  subroutine add_driven(weights, loaded, prescribed, theta, values)
+    type(body_weights_t), intent(in) :: weights
     !> shape (size(values) * n_driving_terms, n_nodes)
     real(rk), contiguous, intent(in) :: loaded(:, :)
     real(rk), contiguous, intent(in) :: prescribed(:, :)
     !> [-] values of all terms of the model
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(inout) :: values(:)
-    real(rk) :: weights(self%nodes%n_nodes()), responses(size(loaded, 1))
+    real(rk) :: responses(size(loaded, 1))
 
     if (size(values) == 0) return
-    call self%weights_at(theta, weights)
-    call multiply(1 / self%modulus_ratio(theta), loaded, weights, 0.0_rk, responses)
-    call multiply(1.0_rk, prescribed, weights, 1.0_rk, responses)
+    call multiply(1.0_rk, loaded, weights%of_forces, 0.0_rk, responses)
+    call multiply(1.0_rk, prescribed, weights%of_prescribed, 1.0_rk, responses)
     call add_columns(size(values), responses, theta(:size(responses) / size(values)), values)
   end subroutine add_driven
 

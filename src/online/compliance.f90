@@ -21,6 +21,7 @@ module sig_compliance
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t
+  use sig_lcp_rounding, only: drop_forces
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none, model_sizes_t
   use sig_rounding, only: rounding_of_data, size_rounding => rounding
@@ -68,26 +69,24 @@ module sig_compliance
     procedure(write_to), deferred :: write
     procedure(read_from), deferred :: read
     procedure(name_of), deferred :: describe
-    procedure(name_of), deferred :: describe_field
     procedure(size_of), deferred :: n_rows
     procedure(has_it), deferred :: has_modes
     procedure(has_it), deferred :: is_fixed
-    procedure(create_point_for), deferred :: create_point
     procedure(evaluate_at), deferred :: evaluate
     procedure(matrix_at), deferred :: matrix
-    procedure(work_of_anchors), deferred :: anchor_work
     procedure(terms_at), deferred :: opening_terms
-    procedure(drop_at), deferred :: drop_rounding
     procedure(change_at), deferred :: change_openings
     procedure(fill_at), deferred :: fill_field
     procedure(value_at), deferred :: field_of_dof
     procedure(change_field_at), deferred :: change_field
-    procedure(motion_at), deferred :: anchor_motion
     procedure(size_at), deferred :: size_of_field
     procedure(size_at), deferred :: field_error
     ! an implementation may say more
     procedure :: prepare => nothing_to_prepare
     procedure :: solve_near => not_tried
+    procedure :: create_point => usual_point
+    procedure :: drop_rounding => drop_small_forces
+    procedure :: anchor_motion => no_motion
     procedure :: n_systems => one_system
     procedure :: first_system => first_of_one
     procedure :: start_from => usual_start
@@ -115,8 +114,7 @@ module sig_compliance
   end type compliance_t
 
   abstract interface
-    !> `kind` returns the name as in model files, `describe` lines about forces and displacements, each with its line end, and
-    !> `describe_field` how the displacement of dofs that are not exact is found, such as `by 12 modes`; empty if there is none.
+    !> `kind` returns the name as in model files, `describe` lines about forces and displacements, each with its line end.
     pure function name_of(self) result(text)
       import :: compliance_t
       implicit none(type, external)
@@ -178,14 +176,6 @@ module sig_compliance
       class(compliance_t), intent(in) :: self
     end function has_it
 
-    !> Allocates the arrays of a point.
-    pure subroutine create_point_for(self, point)
-      import :: compliance_point_t, compliance_t
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      type(compliance_point_t), intent(out) :: point
-    end subroutine create_point_for
-
     !> Computes W and q of a point. At an anchor, q is `scale` times the work of the loads on the free motion of this anchor; it is
     !> exactly zero there if it is only rounding beside its terms.
     subroutine evaluate_at(self, theta, point, is_valid)
@@ -208,15 +198,6 @@ module sig_compliance
       real(rk), pointer, contiguous :: matrix(:, :)
     end function matrix_at
 
-    !> Returns [N; 1]: the work of a unit force of each contact on the motion that belongs to each anchor, shape (n_rows,
-    !> n_anchors).
-    pure function work_of_anchors(self) result(work)
-      import :: compliance_t, rk
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      real(rk), allocatable :: work(:, :)
-    end function work_of_anchors
-
     !> Returns for each row the sum of the absolute values [length] of the terms of q, shape (n_rows).
     function terms_at(self, theta, point) result(terms)
       import :: compliance_point_t, compliance_t, rk
@@ -226,20 +207,6 @@ module sig_compliance
       type(compliance_point_t), intent(in) :: point
       real(rk), allocatable :: terms(:)
     end function terms_at
-
-    !> Sets forces that are only rounding to zero (sig_lcp_rounding).
-    subroutine drop_at(self, theta, point, unknowns, forces)
-      import :: compliance_point_t, compliance_t, rk
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      real(rk), contiguous, intent(in) :: theta(:)
-      !> after evaluate
-      type(compliance_point_t), intent(in) :: point
-      !> [force] z, shape (n_rows)
-      real(rk), intent(in) :: unknowns(:)
-      !> [force] >= 0, shape (n_rows)
-      real(rk), intent(inout) :: forces(:)
-    end subroutine drop_at
 
     !> Computes the change, to first order, of W z + q for constant z and a given change of the terms. Changes at anchors become
     !> exactly zero where they are only rounding (round_work).
@@ -294,18 +261,6 @@ module sig_compliance
       real(rk), intent(out) :: changes(:)
     end subroutine change_field_at
 
-    !> Returns the displacement [-] of one dof, perhaps with the sign changed, as each anchor opens by 1; zero if there is no
-    !> displacement of this dof.
-    pure function motion_at(self, dof) result(motion)
-      import :: compliance_t, rk
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      !> 1-based
-      integer, intent(in) :: dof
-      !> shape (n_anchors)
-      real(rk), allocatable :: motion(:)
-    end function motion_at
-
     !> `size_of_field` returns the size |u|_K [sqrt(force*length)] of the displacement in the norm of the stiffness. `field_error`
     !> returns a bound of its error in this norm under the same contact forces. In both, rigid motions do not count.
     real(rk) function size_at(self, theta, unknowns, energy, point)
@@ -350,6 +305,41 @@ contains
 
     is_tried = .false.
   end subroutine not_tried
+
+  !> Allocates the arrays of a point; W has size 0.
+  pure subroutine usual_point(self, point)
+    class(compliance_t), intent(in) :: self
+    type(compliance_point_t), intent(out) :: point
+
+    allocate (point%opening(self%n_rows()), point%transformed(self%n_rows()), point%matrix(0, 0))
+  end subroutine usual_point
+
+  !> Sets forces that are only rounding to zero (sig_lcp_rounding).
+  subroutine drop_small_forces(self, theta, point, unknowns, forces)
+    class(compliance_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> after evaluate
+    type(compliance_point_t), intent(in) :: point
+    !> [force] z, shape (n_unknowns)
+    real(rk), intent(in) :: unknowns(:)
+    !> [force] >= 0, shape (n_rows)
+    real(rk), intent(inout) :: forces(:)
+
+    call drop_forces(self%matrix(point), self%opening_terms(theta, point), self%anchors, self%scale, unknowns, forces)
+  end subroutine drop_small_forces
+
+  !> Returns the displacement [-] of one dof, perhaps with the sign changed, as each anchor opens by 1; zero if there is no
+  !> displacement of this dof, and in this default.
+  pure function no_motion(self, dof) result(motion)
+    class(compliance_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: dof
+    !> shape (n_anchors)
+    real(rk), allocatable :: motion(:)
+
+    allocate (motion(size(self%anchors)), source=0.0_rk)
+  end function no_motion
 
   !> Returns the number of systems W and q. They are tried one after the other, until one gives an answer. This default has one.
   pure integer function one_system(self)
@@ -509,12 +499,12 @@ contains
   end function displacement_source
 
   !> Returns a text that says at which nodes there are displacements, and how they are found. It has no line end.
-  pure function displacement_text(self) result(text)
+  pure function displacement_text(self, elsewhere) result(text)
     class(compliance_t), intent(in) :: self
+    !> how the displacement of dofs that are not exact is found, such as `by 12 modes`; empty if there is none
+    character(*), intent(in) :: elsewhere
     character(:), allocatable :: text
-    character(:), allocatable :: elsewhere
 
-    elsewhere = self%describe_field()
     text = 'none: contact forces only'
     if (size(self%exact_boundaries) > 0) then
       text = 'exact at the nodes of ' // join(self%exact_boundaries, ', ')

@@ -6,6 +6,8 @@ module sig_condensed_certificate
   use sig_answer, only: answer_t, comparable_size
   use sig_compliance, only: compliance_point_t, compliance_t
   use sig_contact_error_bound, only: contact_error_bound_t
+  use sig_force_balance, only: keep_balance
+  use sig_free_motions, only: anchor_work
   use sig_hanging_bodies, only: hanging_bodies_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
@@ -19,6 +21,7 @@ module sig_condensed_certificate
     integer, allocatable :: free_rows(:)
     !> of a fixed W: W of these rows, factored; it bounds the error of forces in the norm of W
     type(contact_error_bound_t) :: bound
+    !> with a fixed W, those that only contact holds
     type(hanging_bodies_t) :: bodies
   contains
     procedure :: create
@@ -41,11 +44,22 @@ contains
 
     n = compliance%n_rows()
     self%free_rows = pack([(i, i=1, n)], [(all(compliance%anchors /= i), i=1, n)])
-    call self%bodies%create(compliance%anchors, compliance%scale, compliance%anchor_work())
     if (.not. compliance%is_fixed()) return
     call compliance%create_point(point)
     call factor(self, compliance, point, self%bound)
+    call self%bodies%create(compliance%anchors, compliance%scale, work_of_anchors(compliance, point))
   end subroutine create
+
+  !> Returns [N; 1], shape (n_multipliers, n_anchors).
+  function work_of_anchors(compliance, point) result(work)
+    class(compliance_t), target, intent(in) :: compliance
+    type(compliance_point_t), target, intent(in) :: point
+    real(rk), allocatable :: work(:, :)
+    real(rk), pointer, contiguous :: matrix(:, :)
+
+    matrix => compliance%matrix(point)
+    work = anchor_work(matrix, compliance%anchors, compliance%scale)
+  end function work_of_anchors
 
   !> Factors W of the rows that are not anchors.
   subroutine factor(self, compliance, point, bound)
@@ -88,7 +102,8 @@ contains
     call compliance%evaluate(theta, point, is_possible)
     if (.not. is_possible) return
     if (size(compliance%anchors) > 0) then
-      if (.not. self%bodies%are_balanced(point%opening, multipliers)) return
+      if (.not. keep_balance(work_of_anchors(compliance, point), point%opening(compliance%anchors) / compliance%scale, &
+        multipliers)) return
     end if
     forces = compliance%with_closed_anchors(multipliers)
     matrix => compliance%matrix(point)
@@ -114,7 +129,7 @@ contains
     integer :: i
     logical :: is_possible
 
-    if (size(compliance%anchors) == 0) return
+    if (size(compliance%anchors) == 0 .or. .not. compliance%is_fixed()) return
     call open_under(compliance, theta, multipliers, point, opening, is_possible)
     if (.not. is_possible) return
     matrix => compliance%matrix(point)

@@ -10,7 +10,6 @@ module sig_fixed_compliance
   use sig_contact_field, only: contact_field_t
   use sig_description_line, only: line
   use sig_errors, only: error_t
-  use sig_free_motions, only: anchor_work_of => anchor_work
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -55,16 +54,13 @@ module sig_fixed_compliance
     procedure :: write
     procedure :: read
     procedure :: describe
-    procedure :: describe_field
     procedure :: n_rows
     procedure :: has_modes
     procedure :: is_fixed
     procedure :: prepare
     procedure :: solve_near
-    procedure :: create_point
     procedure :: evaluate
     procedure :: matrix
-    procedure :: anchor_work
     procedure :: opening_terms
     procedure :: drop_rounding
     procedure :: change_openings
@@ -188,16 +184,9 @@ contains
     character(:), allocatable :: text
 
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact row'))
-    text = text // line('  displacements', self%displacement_text())
+    text = text // line('  displacements', self%displacement_text(self%field%describe()))
     text = text // line('  pivot transforms', counted(size(self%pivots%reference_points), 'reference set'))
   end function describe
-
-  pure function describe_field(self) result(text)
-    class(fixed_compliance_t), intent(in) :: self
-    character(:), allocatable :: text
-
-    text = self%field%describe()
-  end function describe_field
 
   pure integer function n_rows(self)
     class(fixed_compliance_t), intent(in) :: self
@@ -244,13 +233,6 @@ contains
     if (is_tried) call self%pivots%solve(i_reference, theta, start, point%transformed, solution, workspace, unknowns)
   end subroutine solve_near
 
-  pure subroutine create_point(self, point)
-    class(fixed_compliance_t), intent(in) :: self
-    type(compliance_point_t), intent(out) :: point
-
-    allocate (point%opening(self%n_rows()), point%transformed(self%n_rows()), point%matrix(0, 0))
-  end subroutine create_point
-
   !> Computes q = self%free_opening theta. At an anchor it becomes exactly zero if |q| is at most 1e-12 of the sum of the absolute
   !> values of its terms.
   subroutine evaluate(self, theta, point, is_valid)
@@ -276,13 +258,6 @@ contains
 
     matrix => self%compliance
   end function matrix
-
-  pure function anchor_work(self) result(work)
-    class(fixed_compliance_t), intent(in) :: self
-    real(rk), allocatable :: work(:, :)
-
-    work = anchor_work_of(self%compliance, self%anchors, self%scale)
-  end function anchor_work
 
   function opening_terms(self, theta, point) result(terms)
     class(fixed_compliance_t), intent(in) :: self

@@ -63,12 +63,10 @@ module sig_tied_compliance
     procedure :: write
     procedure :: read
     procedure :: describe
-    procedure :: describe_field
     procedure :: n_rows
     procedure :: has_modes
     procedure :: is_fixed
     procedure :: prepare
-    procedure :: create_point
     procedure :: n_systems
     procedure :: first_system
     procedure :: start_from
@@ -76,14 +74,12 @@ module sig_tied_compliance
     procedure :: matrix
     procedure :: expand
     procedure :: expand_changes
-    procedure :: anchor_work
     procedure :: opening_terms
     procedure :: drop_rounding
     procedure :: change_openings
     procedure :: fill_field
     procedure :: field_of_dof
     procedure :: change_field
-    procedure :: anchor_motion
     procedure :: size_of_field
     procedure :: field_error
     procedure :: solve_modes
@@ -211,6 +207,7 @@ contains
     integer :: i, n_clusters, n_found
 
     call self%read_shared(file, group, error)
+    self%anchors = [integer ::]
     call file%read(group // '/cluster_of_point', self%cluster_of_point, error)
     if (allocated(error)) return
     ! the number of clusters is the largest one that the points name, because a number in the file may have any value
@@ -243,17 +240,9 @@ contains
           to_text(count(status == row_closed)) // ' always closed, the others always open')
       end associate
     end do
-    text = text // line('  displacements', self%displacement_text())
+    text = text // line('  displacements', self%displacement_text(modes_text(maxval([0, &
+      [(size(self%clusters(i)%modes%modes, 2), i=1, size(self%clusters))]]))))
   end function describe
-
-  !> Says the largest number of modes of a cluster.
-  pure function describe_field(self) result(text)
-    class(tied_compliance_t), intent(in) :: self
-    character(:), allocatable :: text
-    integer :: i
-
-    text = modes_text(maxval([0, [(size(self%clusters(i)%modes%modes, 2), i=1, size(self%clusters))]]))
-  end function describe_field
 
   !> Returns false: each cluster has a W of its own.
   pure logical function is_fixed(self)
@@ -276,13 +265,6 @@ contains
       end associate
     end do
   end subroutine prepare
-
-  pure subroutine create_point(self, point)
-    class(tied_compliance_t), intent(in) :: self
-    type(compliance_point_t), intent(out) :: point
-
-    allocate (point%opening(0), point%matrix(0, 0), point%transformed(0))
-  end subroutine create_point
 
   pure integer function n_systems(self)
     class(tied_compliance_t), intent(in) :: self
@@ -391,14 +373,6 @@ contains
     end associate
   end subroutine expand_changes
 
-  !> There are no anchors.
-  pure function anchor_work(self) result(work)
-    class(tied_compliance_t), intent(in) :: self
-    real(rk), allocatable :: work(:, :)
-
-    allocate (work(self%n_rows(), 0))
-  end function anchor_work
-
   function opening_terms(self, theta, point) result(terms)
     class(tied_compliance_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -501,15 +475,6 @@ contains
     call displace(self, self%clusters(answer%row_cluster), gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), field)
     changes = field(dofs)
   end subroutine change_field
-
-  !> There are no anchors.
-  pure function anchor_motion(self, dof) result(motion)
-    class(tied_compliance_t), intent(in) :: self
-    integer, intent(in) :: dof
-    real(rk), allocatable :: motion(:)
-
-    allocate (motion(0))
-  end function anchor_motion
 
   real(rk) function size_of_field(self, theta, unknowns, energy, point) result(size_of)
     class(tied_compliance_t), intent(in) :: self
