@@ -347,7 +347,8 @@ contains
     real(rk), intent(in) :: theta(:)
 
     associate (leading => theta(:size(loaded, 1) / n))
-      value = sum_of_row(n, row, loaded, weights%of_forces, leading) + sum_of_row(n, row, prescribed, weights%of_prescribed, leading)
+      value = sum_of_row(n, row, loaded, weights%of_forces, leading) + &
+        sum_of_row(n, row, prescribed, weights%of_prescribed, leading)
     end associate
   end function value_of
 
