@@ -356,7 +356,7 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * if beside the point the loads move a body that no contact force holds here (n_free_motions of the answer).
  * It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
-/* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next two return
+/* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next three return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */
 int signorom_get_multiplier_gradient(signorom_context *context, double *gradient);
 /* Gives the derivatives of the resultant forces [n_parameters][n_entries][n_dimensions] and of their moments
@@ -365,11 +365,15 @@ int signorom_get_resultant_gradient(signorom_context *context, double *forces, d
 /* Gives the derivatives of the displacement of the n nodes that the caller chooses
  * [n_parameters][n][n_dimensions], NaN for what moves with a body that no contact force holds beside the point: its
  * displacement is one of many. Where displacements come from modes (signorom_get_displacement_sources), the relative
- * error of the derivatives is often much larger than that of the displacement; displacement_bound says nothing about
- * it. SIGNOROM_NO_ANSWER: the model cannot differentiate the displacement of a node; the message tells more.
- * SIGNOROM_BAD_ARGUMENT: n < 0, a pointer is null, a node does not exist, or signorom_differentiate did not succeed
- * after the last query. */
+ * error of the derivatives is often larger than that of the displacement: see the next call. SIGNOROM_NO_ANSWER: the
+ * model cannot differentiate the displacement of a node; the message tells more. SIGNOROM_BAD_ARGUMENT: n < 0, a
+ * pointer is null, a node does not exist, or signorom_differentiate did not succeed after the last query. */
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
+/* Gives the relative error of the derivative of the displacement with respect to each parameter [n_parameters]: a bound
+ * of the error in the norm of the stiffness over the size of the derivative, which counts as at least a thousandth of
+ * the largest displacement in training over the range of the parameter. -1: not known, as in a model of the kind
+ * interpolated. */
+int signorom_get_displacement_gradient_errors(signorom_context *context, double *errors);
 
 #ifdef __cplusplus
 }

@@ -42,6 +42,7 @@ module sig_body_compliance
     procedure :: size_of_field
     procedure :: driven_size
     procedure :: field_error
+    procedure :: has_linear_field
     procedure :: own_error
     procedure :: foreign_factor
     procedure :: rounding
@@ -527,6 +528,13 @@ contains
     end do
     field_error = norm2(bounds)
   end function field_error
+
+  !> Returns false: responses change with the elastic constants.
+  pure logical function has_linear_field(self)
+    class(body_compliance_t), intent(in) :: self
+
+    has_linear_field = .false.
+  end function has_linear_field
 
   !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem. For
   !> other forces it bounds only the part of the error that interpolation makes. Source: README. Requires: has_bound.

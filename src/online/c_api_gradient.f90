@@ -122,6 +122,18 @@ contains
     code = code_ok
   end function signorom_get_displacement_gradient_at
 
+  integer(c_int) function signorom_get_displacement_gradient_errors(context, errors) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: errors
+    type(context_handle_t), pointer :: handle
+
+    handle => differentiated_context(context, errors, code)
+    if (.not. associated(handle)) return
+    associate (answer => handle%gradient%answer)
+      call put_reals(handle%model%online%model%parts(answer%part)%reduced%change_errors(answer, handle%gradient), errors)
+    end associate
+  end function signorom_get_displacement_gradient_errors
+
   !> Whether each of the nodes has a derivative of its displacement; otherwise the message of the context says that one has none. It
   !> is false for any list, even an empty one, if another part than the one with the derivatives gives the displacement.
   logical function all_have_displacements(handle, nodes)

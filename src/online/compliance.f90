@@ -96,6 +96,7 @@ module sig_compliance
     procedure :: solve_modes => nothing_to_solve
     procedure :: complete_gradient => nothing_to_add
     procedure :: has_bound => yes
+    procedure :: has_linear_field => linear
     procedure :: own_error => no_error
     procedure :: foreign_factor => one
     procedure :: rounding => usual_rounding
@@ -445,6 +446,14 @@ contains
 
     yes = .true.
   end function yes
+
+  !> Whether the displacement is linear in the terms and in the unknowns, so that size_of_field and field_error hold for changes of
+  !> these, too. This default says yes.
+  pure logical function linear(self)
+    class(compliance_t), intent(in) :: self
+
+    linear = .true.
+  end function linear
 
   !> Returns a bound [sqrt(force*length)] of the error |lambda_r - lambda| in the norm of W that errors of W and q cause in the
   !> forces of the problem. This default has no such errors.

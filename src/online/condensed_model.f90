@@ -5,7 +5,7 @@
 !> A query starts from the active set of the nearest training point.
 module sig_condensed_model
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_condensed, answer_t
+  use sig_answer, only: answer_condensed, answer_t, comparable_size, no_bound
   use sig_compliance, only: compliance_point_t, compliance_t
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_dense_kernels, only: add_few_columns
@@ -59,6 +59,7 @@ module sig_condensed_model
     procedure :: certify
     procedure :: differentiate
     procedure :: displacement_changes
+    procedure :: change_errors
     procedure :: size_of_forces
     procedure :: size_of_field
   end type condensed_model_t
@@ -457,6 +458,46 @@ contains
       if (gradient%is_loose(i_parameter, self%compliance%anchor_motion(dofs(i)))) changes(i) = ieee_value(1.0_rk, ieee_quiet_nan)
     end do
   end subroutine displacement_changes
+
+  !> Returns the errors of the displacement's derivatives: those of modes or compressed responses under the changes of the forces,
+  !> and rounding. Arguments: no_change_errors in sig_reduced.
+  function change_errors(self, answer, gradient) result(errors)
+    class(condensed_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    real(rk), allocatable :: errors(:)
+    type(compliance_point_t) :: point
+    integer :: i
+    logical :: is_possible
+
+    allocate (errors(size(gradient%theta, 2)), source=no_bound)
+    if (.not. (self%has_displacement() .and. self%compliance%has_linear_field())) return
+    call self%compliance%create_point(point)
+    point%i_system = max(1, answer%row_cluster)
+    call self%compliance%evaluate(answer%theta, point, is_possible)
+    do i = 1, size(errors)
+      errors(i) = change_error(self%compliance, point, gradient%theta(:, i), &
+        self%compliance%with_closed_anchors(gradient%unknowns(:, i)), gradient%lengths(i))
+    end do
+  end function change_errors
+
+  real(rk) function change_error(compliance, point, theta_change, unknown_change, length) result(error)
+    class(compliance_t), intent(in) :: compliance
+    type(compliance_point_t), intent(in) :: point
+    !> changes per unit of the parameter; unknowns: zero at anchors
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    real(rk), contiguous, intent(in) :: unknown_change(:)
+    !> [unit of the parameter] length of its range
+    real(rk), intent(in) :: length
+    real(rk) :: energy, size_of_change
+
+    energy = size_in_energy(compliance, point, unknown_change)**2
+    size_of_change = comparable_size(length * compliance%size_of_field(theta_change, unknown_change, energy, point), &
+      compliance%largest_field)
+    error = compliance%rounding()
+    if (size_of_change > 0) error = error + length * compliance%field_error(theta_change, unknown_change, energy, point) / &
+      size_of_change
+  end function change_error
 
   !> Returns the size sqrt(lambda' W lambda) [sqrt(force*length)] of forces, with closed anchors: forces on anchors do not count. W
   !> is that of the point that `solve` left in the room.

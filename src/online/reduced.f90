@@ -3,7 +3,7 @@
 !> sig_reduced_kinds; queries, files, descriptions and the C interface use nothing else.
 module sig_reduced
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_t, no_bound
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -72,6 +72,7 @@ module sig_reduced
     procedure :: certify => no_certificate
     procedure :: differentiate => no_derivative
     procedure :: displacement_changes => no_changes
+    procedure :: change_errors => no_change_errors
   end type reduced_t
 
   !> A part of a model, of any kind.
@@ -367,4 +368,19 @@ contains
 
     changes = ieee_value(1.0_rk, ieee_quiet_nan)
   end subroutine no_changes
+
+  !> Returns for each parameter a bound of the error of the displacement's derivative in the norm of the stiffness, relative to the
+  !> size of this derivative, which counts as at least a thousandth of the largest displacement in training over the range of the
+  !> parameter; no_bound where it is not known, as in this default.
+  function no_change_errors(self, answer, gradient) result(errors)
+    class(reduced_t), intent(in) :: self
+    !> the answer that differentiate was called with
+    type(answer_t), intent(in) :: answer
+    !> result of differentiate
+    type(gradient_t), intent(in) :: gradient
+    !> [-] shape (n_parameters)
+    real(rk), allocatable :: errors(:)
+
+    allocate (errors(size(gradient%theta, 2)), source=no_bound)
+  end function no_change_errors
 end module sig_reduced

@@ -167,6 +167,7 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_multiplier_gradient(context, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_resultant_gradient(context, &value, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_displacement_gradient_at(context, 1, &node, displacement) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_displacement_gradient_errors(context, displacement) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= strstr(signorom_message(context), "signorom_differentiate") != NULL;
   is_fine &= signorom_get_parameter(model, -1, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_parameter(model, sizes->n_parameters, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;

@@ -131,6 +131,7 @@ _SIGNATURES = {
     "signorom_get_multiplier_gradient": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_resultant_gradient": (c_int, [c_void_p, _DOUBLES, _DOUBLES]),
     "signorom_get_displacement_gradient_at": (c_int, [c_void_p, c_int, _INTS, _DOUBLES]),
+    "signorom_get_displacement_gradient_errors": (c_int, [c_void_p, _DOUBLES]),
 }
 
 

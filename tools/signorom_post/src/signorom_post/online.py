@@ -311,12 +311,15 @@ class Model:
             moments = np.zeros((len(point), n_entries, n_moments))
             library.signorom_get_multiplier_gradient(context, doubles(multipliers))
             library.signorom_get_resultant_gradient(context, doubles(forces), doubles(moments))
+            errors = np.zeros(len(point))
+            library.signorom_get_displacement_gradient_errors(context, doubles(errors))
             return Gradient(
                 parameters=[parameter.name for parameter in self.parameters],
                 multipliers=multipliers,
                 forces=forces,
                 moments=moments,
                 displacement=self._displacement_gradient(context, len(point), indices),
+                displacement_errors=errors,
                 is_one_sided=is_one_sided.astype(bool),
                 n_grazing=n_grazing.value,
             )
