@@ -77,7 +77,7 @@ module signorom
     signorom_get_displacement, signorom_get_displacement_at, signorom_get_field_sizes, signorom_get_cells, &
     signorom_region_name, signorom_get_contact_facets, signorom_get_stresses, signorom_get_imposed_strains, &
     signorom_get_contact_fields, signorom_differentiate, signorom_get_multiplier_gradient, signorom_get_resultant_gradient, &
-    signorom_get_displacement_gradient_at
+    signorom_get_displacement_gradient_at, signorom_get_displacement_gradient_errors
 
   interface
     type(c_ptr) function signorom_version() bind(c)
@@ -346,6 +346,12 @@ module signorom
       integer(c_int), intent(in) :: nodes(*)
       real(c_double), intent(out) :: gradient(*)
     end function signorom_get_displacement_gradient_at
+
+    integer(c_int) function signorom_get_displacement_gradient_errors(context, errors) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(out) :: errors(*)
+    end function signorom_get_displacement_gradient_errors
   end interface
 
   interface
