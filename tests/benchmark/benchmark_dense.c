@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* Times the dense kernels beside the BLAS and LAPACK that the program is linked with, in CPU time: the best of several
-   rounds, in turn. Prints microseconds and ratios; below 1 the kernels are faster. */
-#define _POSIX_C_SOURCE 199309L
+   rounds, in turn. Prints microseconds and ratios; below 1 the kernels are faster.
+   benchmark_dense [N]: matrices of at most N rows. */
 #include "signorom/dense_kernels.h"
 
 #include <stdio.h>
@@ -98,9 +98,10 @@ static data_t make(int n) {
 
 static void drop(data_t *d) { free(d->any), free(d->definite), free(d->room), free(d->x), free(d->y), free(d->pivots); }
 
-int main(void) {
+int main(int argc, char **argv) {
   static const int sizes[] = {20, 50, 100, 300, 1000};
-  for (size_t s = 0; s < sizeof sizes / sizeof *sizes; s++) {
+  const int largest = argc > 1 ? atoi(argv[1]) : 1000;
+  for (size_t s = 0; s < sizeof sizes / sizeof *sizes && sizes[s] <= largest; s++) {
     data_t d = make(sizes[s]);
     printf("n = %4d", d.n);
     for (size_t k = 0; k < sizeof pairs / sizeof *pairs; k++) {

@@ -1,5 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Times the pairing of two spherical surfaces along their averaged normals, in CPU time, for surfaces of growing size.
+!>
+!> Argument: how many sizes (4 unless it is given).
 program benchmark_pairs
   use sig_deck_config, only: averaged_tolerance, contact_config_t
   use sig_errors, only: error_report, error_t
@@ -13,12 +15,16 @@ program benchmark_pairs
   type(contact_config_t) :: contact
   type(error_t), allocatable :: error
   real(rk) :: start, finish
-  integer :: i, n
+  character(16) :: argument
+  integer :: i, n, n_sizes
 
   contact%first%text = 'inner'
   contact%second%text = 'outer'
   contact%pairing_tolerance = averaged_tolerance
-  do i = 0, 3
+  n_sizes = 4
+  call get_command_argument(1, argument)
+  if (argument /= '') read (argument, *) n_sizes
+  do i = 0, n_sizes - 1
     n = 50 * 2**i
     call shell_mesh(3, n, [0.9_rk, 1.0_rk, 1.0001_rk, 1.1_rk], mesh)
     call cpu_time(start)

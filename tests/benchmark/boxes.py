@@ -27,6 +27,10 @@ BOX = {1: [(0,), (1,)], 2: [(0, 0), (1, 0), (1, 1), (0, 1)]}
 BOX[3] = [(*corner, 0) for corner in BOX[2]] + [(*corner, 1) for corner in BOX[2]]
 
 
+# the last sections of a deck: one point
+AT_ONE_POINT = "output: {points: [{P: 1.0e6}]}"
+
+
 def simplices(n_dim):
     """Corners of the simplices into which Kuhn's rule divides a box, as 0/1 steps per axis; orientation positive."""
     found = []
@@ -88,7 +92,7 @@ def with_middles(nodes, groups, element):
 
 def grid_counts(element, n_dofs, aspect):
     """Cells along the sides and the height of one box so that both have about n_dofs; aspect: height over width."""
-    n_dim = 2 if element in ("T3", "Q4", "T6", "Q8") else 3
+    n_dim = n_axes(element)
     cells = n_dofs / n_dim / NODES_PER_CELL[element] / 2
     n_side = max(2, round((cells / aspect) ** (1 / n_dim)))
     n_high = max(1, math.ceil(n_side * aspect))
@@ -96,21 +100,28 @@ def grid_counts(element, n_dofs, aspect):
     return [n_side] * (n_dim - 1) + [n_high]
 
 
-def write_boxes(path, element, n_dofs, aspect):
-    """Writes both boxes as gmsh 2.2 binary; returns the number of nodes."""
-    nodes, groups = make_boxes(element, n_dofs, aspect)
+def n_axes(element):
+    """2 of plane elements, 3 of solid ones."""
+    return 2 if element in ("T3", "Q4", "T6", "Q8") else 3
+
+
+def write_boxes(path, *arguments, **options):
+    """Writes what make_boxes makes as gmsh 2.2 binary; returns the number of nodes."""
+    nodes, groups = make_boxes(*arguments, **options)
     write_gmsh(path, nodes, groups)
     return len(nodes)
 
 
-def make_boxes(element, n_dofs, aspect):
-    """Nodes of both boxes, and groups: [(kind, name, members from 0)]."""
-    counts = grid_counts(element, n_dofs, aspect)
+def make_boxes(element, counts, aspect=0.5, upper_counts=None):
+    """Nodes of both boxes, and groups: [(kind, name, members from 0)].
+
+    `counts`: cells of a box along each axis; `upper_counts` where the upper one has others, so that no nodes match.
+    """
     up = len(counts) - 1
     sizes = [1.0] * up + [aspect]
     boxes = [
         Box(element, sizes, counts, [0.0] * up + [-aspect]),
-        Box(element, sizes, counts, [0.0] * (up + 1)),
+        Box(element, sizes, upper_counts or counts, [0.0] * (up + 1)),
     ]
     n_lower = len(boxes[0].nodes)
     nodes = np.vstack([box.nodes for box in boxes])
@@ -161,19 +172,24 @@ def write_gmsh(path, nodes, groups):
         file.write(b"\n$EndElements\n")
 
 
-def deck_text(element, *, ratio=1.0, aspect=0.5, n_points=1, solver="{type: auto}"):
-    """The deck of the boxes in `boxes.msh`. ratio: Young's modulus of the upper box over that of the lower one."""
-    plane = element in ("T3", "Q4", "T6", "Q8")
-    distance = "x^2" if plane else "x^2 + y^2"
-    front = "" if plane else "  - {boundary: front, displacement: {y: 0}}\n"
-    clamped = "x: 0, y: 0" if plane else "x: 0, y: 0, z: 0"
-    gap = f"{12e-5 * aspect / ratio!r} * ({distance})"
-    direction = "[0, 1]" if plane else "[0, 0, 1]"
-    points = f"training: {{sobol: {n_points}}}\n" if n_points > 1 else "output: {points: [{P: 1.0e6}]}\n"
+def deck_text(
+    element, *, ratio=1.0, aspect=0.5, gap=None, solver="type: auto", parameters="", rest=AT_ONE_POINT
+):
+    """The deck of the boxes in `boxes.msh`.
+
+    `ratio`: Young's modulus of the upper box over that of the lower one. `gap`: another one, an expression.
+    `parameters`: more of them, `, name: {...}`. `rest`: sections on points and models.
+    """
+    is_plane = n_axes(element) == 2
+    distance = "x^2" if is_plane else "x^2 + y^2"
+    front = "" if is_plane else "  - {boundary: front, displacement: {y: 0}}\n"
+    clamped = "x: 0, y: 0" if is_plane else "x: 0, y: 0, z: 0"
+    gap = gap or f"{12e-5 * aspect / ratio!r} * ({distance})"
+    direction = "[0, 1]" if is_plane else "[0, 0, 1]"
     return f"""\
 title: Two boxes, benchmark
-mesh: {{file: boxes.msh, model: {"plane_strain" if plane else "solid"}}}
-parameters: {{P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}}}
+mesh: {{file: boxes.msh, model: {"plane_strain" if is_plane else "solid"}}}
+parameters: {{P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}{parameters}}}
 materials:
   lower: {{regions: [lower], young_modulus: 210.0e9, poisson_ratio: 0.3}}
   upper: {{regions: [upper], young_modulus: {210.0e9 * ratio!r}, poisson_ratio: 0.3}}
@@ -184,5 +200,6 @@ boundary_conditions:
   - {{boundary: top, pressure: P}}
 contact:
   - {{first: lower_face, second: upper_face, direction: {direction}, initial_gap: "{gap}"}}
-{points}solver: {solver}
+solver: {{{solver}}}
+{rest}
 """

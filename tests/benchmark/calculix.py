@@ -12,21 +12,14 @@ the faster one counts. Displacements of both differ by the penalty: the largest 
 of the time, and no more memory.
 """
 
-import argparse
 import os
 import re
-import resource
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
-from boxes import deck_text, make_boxes, write_gmsh
-from timing import ROOT, build, load_text
-
-sys.path.append(str(ROOT / "tests" / "support"))
-from program import ENVIRONMENT
+from boxes import deck_text, grid_counts, make_boxes, write_gmsh
+from timing import build, command_line, load_text, measure
 
 ASPECT, PRESS, MODULUS = 0.5, 4e-5, 210.0e9
 CURVATURE = 12e-5 * ASPECT
@@ -85,22 +78,6 @@ def write_calculix(path, element, nodes, groups, linear):
     path.write_text("\n".join(text))
 
 
-def measure(command, folder):
-    """User time [s], memory [MB] and output."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-    command = ["/usr/bin/time", "-f", "peak %M", *map(str, command)]
-    environment = os.environ | ENVIRONMENT | {"CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1"}
-    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        sys.exit(f"{command} ended with {done.returncode}: {done.stdout[-3000:]}{done.stderr[-500:]}")
-    seconds = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
-    return (
-        seconds,
-        int(re.search(r"^peak (\d+)$", done.stderr, re.MULTILINE).group(1)) * 1024 / 1e6,
-        done.stdout,
-    )
-
-
 def write_ours(folder, element):
     """The deck, with the top moved down in place of the pressure."""
     text = deck_text(element, aspect=ASPECT)
@@ -120,15 +97,15 @@ def displacements(folder, n_nodes):
 
 def main():
     """One part."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__)
     parser.add_argument("element", choices=list(TYPES))
     parser.add_argument("size", type=float, help="thousand dofs")
     parser.add_argument("--solvers", nargs="*", default=["SPOOLES", "ITERATIVE CHOLESKY"])
     arguments = parser.parse_args()
-    program = Path(os.environ.get("SIGNOROM_EXECUTABLE") or build("signorom")[0]).resolve()
-    nodes, groups = make_boxes(arguments.element, 1e3 * arguments.size, ASPECT)
+    os.environ |= {"CCX_NPROC_EQUATION_SOLVER": "1", "CCX_NPROC_RESULTS": "1"}
+    (program,) = build("signorom")
+    counts = grid_counts(arguments.element, 1e3 * arguments.size, ASPECT)
+    nodes, groups = make_boxes(arguments.element, counts, ASPECT)
     print(f"{arguments.element}, {3 * len(nodes)} dofs; {load_text()}")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -136,7 +113,7 @@ def main():
         write_ours(folder, arguments.element)
         ours = measure([program, "solve", "boxes.yaml"], folder)
         print(
-            f"signorom: {ours[0]:.1f} s, {ours[1]:.0f} MB; {re.search('solver: .*', ours[2]).group(0)}",
+            f"signorom: {ours.user:.1f} s, {ours.megabytes:.0f} MB; {re.search('solver: .*', ours.output).group(0)}",
             flush=True,
         )
         theirs = []
@@ -145,12 +122,15 @@ def main():
             theirs.append(measure(["ccx", "part"], folder))
             top = displacements(folder, len(nodes))
             print(
-                f"CalculiX, {linear}: {theirs[-1][0]:.1f} s, {theirs[-1][1]:.0f} MB; "
+                f"CalculiX, {linear}: {theirs[-1].user:.1f} s, {theirs[-1].megabytes:.0f} MB; "
                 f"largest displacement {np.abs(top).max():.3e}",
                 flush=True,
             )
-        best = min(theirs)
-        print(f"time: {best[0] / ours[0]:.1f} times ours; memory: {ours[1] / best[1]:.1f} times theirs")
+        best = min(theirs, key=lambda run: run.user)
+        print(
+            f"time: {best.user / ours.user:.1f} times ours; "
+            f"memory: {ours.megabytes / best.megabytes:.1f} times theirs"
+        )
 
 
 if __name__ == "__main__":

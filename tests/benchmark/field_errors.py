@@ -1,11 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Errors of displacements and stresses of default models, with their size and the time of queries.
 
-build/venv/bin/python tests/benchmark/field_errors.py [NAME ...]   (default: all of CASES)
+build/venv/bin/python tests/benchmark/field_errors.py [NAME ...]   (a deck of input/; default: all of CASES)
 """
 
-import csv
-import os
 import re
 import subprocess
 import sys
@@ -14,12 +12,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from timing import load_text
+from timing import INPUT, build, copy_deck, load_text, measure, python_model, read_table
 
-from signorom_post import Model
-
-ROOT = Path(__file__).resolve().parents[2]
-PROGRAM = ROOT / "build" / "release" / "signorom"
 SHIPPED = ("indenter", "flange", "bracket", "saddle", "angle_bracket")
 #: name: model and mesh width at the contact over that of the disc
 DISCS = {"disc": ("plane_strain", 0.1), "disc_in_the_round": ("axisymmetric", 0.1)}
@@ -85,24 +79,19 @@ def write_deck(folder, name):
         x, y = ("x", "y") if model == "plane_strain" else ("r", "z")
         text = DECK.format(model=model, x=x, y=y)
     else:
-        text = (ROOT / "input" / f"{name}.yaml").read_text().replace("../meshes/", f"{ROOT}/meshes/")
+        text = copy_deck(INPUT / f"{name}.yaml", folder).read_text()
         text = re.sub(r"(?m)^reduction:.*\n", "", text) + "reduction: {fields: true}\n"
     (folder / "deck.yaml").write_text(text)
 
 
-def column(folder, name):
-    """[-] numbers of a column of validation.csv; none where it is missing."""
-    with (folder / "results/deck/validation.csv").open() as file:
-        return np.array([float(row[name]) for row in csv.DictReader(file) if name in row])
+def percentile(table, name):
+    """95 % of a column of validation.csv; none where it is missing."""
+    return np.percentile(table[name], 95) if name in table else np.nan
 
 
-def percentile(values):
-    return np.percentile(values, 95) if len(values) else np.nan
-
-
-def query_times(path):
+def query_times(open_model, path):
     """[ms] median time of an answer, and of one with the displacement of all nodes."""
-    with Model(path) as model:
+    with open_model(path) as model:
         names = [parameter.name for parameter in model.parameters]
         box = np.array([(parameter.minimum, parameter.maximum) for parameter in model.parameters])
         points = np.random.default_rng(1).uniform(box[:, 0], box[:, 1], (30, len(names)))
@@ -119,6 +108,8 @@ def query_times(path):
 
 def main():
     names = sys.argv[1:] or CASES
+    program, library = build("signorom", "signorom_online")
+    open_model = python_model(library)
     print(load_text())
     print(
         "| case | rows | displacements | MB | energy p95 | largest | told p95 | von Mises p95 | ms | with field |"
@@ -128,20 +119,18 @@ def main():
         with tempfile.TemporaryDirectory() as place:
             folder = Path(place)
             write_deck(folder, name)
-            environment = os.environ | {"OMP_NUM_THREADS": "1"}
-            subprocess.run([PROGRAM, "run", "deck.yaml", "--quiet"], cwd=folder, check=True, env=environment)
+            measure([program, "run", "deck.yaml", "--quiet"], folder)
             path = folder / "results/deck/model.h5"
-            told = subprocess.run(
-                [PROGRAM, "describe", path], check=True, capture_output=True, text=True
-            ).stdout
+            told = measure([program, "describe", path], folder).output
             rows = re.search(r"(\d+) contact rows?", told)[1]
             form = re.search(r"(?m)^  displacements +(.*)$", told)[1]
-            energy = column(folder, "e_u_energy_relative")
-            without, with_field = query_times(path)
+            table = read_table(path.with_name("validation.csv"))
+            energy = table["e_u_energy_relative"]
+            without, with_field = query_times(open_model, path)
             print(
-                f"| {name} | {rows} | {form} | {path.stat().st_size / 1e6:.1f} | {percentile(energy):.1e} "
-                f"| {energy.max():.1e} | {percentile(column(folder, 'displacement_bound')):.1e} "
-                f"| {percentile(column(folder, 'e_von_mises_largest')):.1e} | {without:.3f} | {with_field:.3f} |",
+                f"| {name} | {rows} | {form} | {path.stat().st_size / 1e6:.1f} | {np.percentile(energy, 95):.1e} "
+                f"| {energy.max():.1e} | {percentile(table, 'displacement_bound'):.1e} "
+                f"| {percentile(table, 'e_von_mises_largest'):.1e} | {without:.3f} | {with_field:.3f} |",
                 flush=True,
             )
 

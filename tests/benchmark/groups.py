@@ -1,33 +1,27 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Sampling where points do not share all work: one group of two ranks against two groups of one rank.
 
-    build/venv/bin/python tests/benchmark/groups.py
-
-Case b with a modulus of the fuel that is a parameter, and the three-dimensional blocks with active_set. Wall time of the
-sampling, without the start of the program: of each arrangement a run with few points is taken from one with many.
-Arrangements take turns, the quickest of several counts. Wants two idle cores. Fails where two groups are less than 1.7
-times as fast.
+`scaling.py --parts groups` prints the tables. Case b with a modulus of the fuel that is a parameter, and the
+three-dimensional blocks with active_set. Wall time of the sampling, without the start of the program: of each
+arrangement a run with few points is taken from one with many. Arrangements take turns, the quickest of several counts.
+Target: two groups are 1.7 times as fast.
 """
 
-import argparse
-import sys
 import tempfile
 from pathlib import Path
 
-from timing import ROOT, build, cpu_of, load_text
-
-from program import launcher
+from timing import INPUT, ROOT, launcher, load_text, measure, tell_target
 
 LEAST_RATIO = 1.7
 # name: ranks, groups
 ARRANGEMENTS = {"1 rank": (1, 1), "1 group of 2 ranks": (2, 1), "2 groups of 1 rank": (2, 2)}
+#: numbers of points, multiples of four
 FEW, MANY = 8, 88
 
 
 def case_b(n_points):
     """A modulus for each four points; the solver is what the program chooses."""
-    text = (ROOT / "input" / "pellet_cladding.yaml").read_text()
+    text = (INPUT / "pellet_cladding.yaml").read_text()
     text = text.replace("parameters:\n", "parameters:\n  E: {min: 100.0e3, max: 200.0e3, unit: MPa}\n", 1)
     text = text.replace("young_modulus: 190.0e3", "young_modulus: E").replace("type: condensed", "type: auto")
     text = text.replace("test: {grid: {P1: 80, h1: 80}}\n", "")
@@ -39,7 +33,7 @@ def case_b(n_points):
 
 def blocks(n_points):
     """A pressure and an edge for each point; the stiffness is the same, but active_set factors it in each step."""
-    text = (ROOT / "input" / "blocks.yaml").read_text() + "solver: {type: active_set}\n"
+    text = (INPUT / "blocks.yaml").read_text() + "solver: {type: active_set}\n"
     return text + f"training: {{grid: {{P: 2, edge: {n_points // 2}}}, groups: GROUPS}}\n"
 
 
@@ -48,47 +42,35 @@ def wall(program, deck_text, n_ranks, n_groups):
     with tempfile.TemporaryDirectory() as folder:
         deck = Path(folder) / "deck.yaml"
         deck.write_text(deck_text.replace("../meshes", str(ROOT / "meshes")).replace("GROUPS", str(n_groups)))
-        return cpu_of([*launcher(n_ranks), program, "sample", deck], folder)[1]
+        return measure([*launcher(n_ranks), program, "sample", deck], folder).wall
 
 
-def compare(program, text_of, n_repeats):
+def compare(program, text_of, n_repeats, many, names):
     """Seconds per point of each arrangement."""
     best = {}
     for _ in range(n_repeats):
-        for name, (n_ranks, n_groups) in ARRANGEMENTS.items():
-            for n in (FEW, MANY):
+        for name in names:
+            n_ranks, n_groups = ARRANGEMENTS[name]
+            for n in (FEW, many):
                 seconds = wall(program, text_of(n), n_ranks, n_groups)
                 best[name, n] = min(seconds, best.get((name, n), seconds))
-    return {name: (best[name, MANY] - best[name, FEW]) / (MANY - FEW) for name in ARRANGEMENTS}
+    return {name: (best[name, many] - best[name, FEW]) / (many - FEW) for name in names}
 
 
 CASES = {"case b, a stiffness per 4 points": case_b, "blocks in three dimensions, active_set": blocks}
 
 
-def print_cases(program, n_repeats):
-    """Both tables; returns by how much two groups are faster than one, in each."""
-    ratios = []
+def print_cases(program, n_repeats, is_small=False):
+    """Both tables; `is_small`: quickly, to see that they work."""
+    ratios, many, names = [], MANY, [*ARRANGEMENTS]
+    if is_small:
+        many, names = FEW + 4, names[1:]
     for title, text_of in CASES.items():
-        seconds = compare(program, text_of, n_repeats)
+        seconds = compare(program, text_of, n_repeats, many, names)
         reference = seconds["1 group of 2 ranks"]
         print(f"{title}; {load_text()}")
         for name, value in seconds.items():
             ratio = f"{reference / value:5.2f} times as fast as 1 group of 2"
             print(f"    {name:20} {1e3 * value:8.1f} ms per point, {ratio}", flush=True)
         ratios.append(reference / seconds["2 groups of 1 rank"])
-    return ratios
-
-
-def main():
-    """Prints both tables."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
-    parser.add_argument("--repeats", type=int, default=3)
-    options = parser.parse_args()
-    program = build("signorom")[0]
-    sys.exit(min(print_cases(program, options.repeats)) < LEAST_RATIO)
-
-
-if __name__ == "__main__":
-    main()
+    tell_target(f"two groups are {LEAST_RATIO} times as fast as one", min(ratios) >= LEAST_RATIO)

@@ -1,47 +1,46 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a query of case b costs, beside the condensed and the refactored full-order model, in one run.
 
-build/venv/bin/python tests/benchmark/query.py [PROGRAM] [N]   (default: build/release/signorom, 100000 points)
+build/venv/bin/python tests/benchmark/query.py [N] [--grid 10 50]   (default: 100000 points)
 """
 
-import re
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import yaml
-from timing import cpu_of, load_text
+from timing import INPUT, build, build_query_times, command_line, copy_deck, load_text, measure
 
-ROOT = Path(__file__).resolve().parents[2]
-DECK = ROOT / "input" / "pellet_cladding_whole_edges.yaml"
+NAME = "pellet_cladding_whole_edges"
 
 
 def main():
     """Train, validate at a few points (for the times of the full-order model), and ask many points of the box."""
-    program = Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build" / "release" / "signorom").resolve()
-    n_points = sys.argv[2] if len(sys.argv) > 2 else "100000"
-    library = program.parent / "src" / "online"
+    parser = command_line(__doc__)
+    parser.add_argument("n_points", nargs="?", default=100_000)
+    parser.add_argument("--grid", nargs=2, default=[10, 50], help="snapshots along each parameter")
+    options = parser.parse_args()
+    program, library = build("signorom", "signorom_online")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        deck = re.sub(r"test: .*", "test: {grid: {P1: 5, h1: 5}}", DECK.read_text())
-        deck = deck.replace("../meshes/", f"{ROOT}/meshes/")
-        (folder / "case_b.yaml").write_text(deck)
-        results = folder / "results" / "case_b"
+        changes = {"P1: 80, h1: 80": "P1: 5, h1: 5", "P1: 10, h1: 50": "P1: {}, h1: {}".format(*options.grid)}
+        deck = copy_deck(INPUT / f"{NAME}.yaml", folder, **changes)
+        results = folder / "results" / NAME
         times = {}
         for command in ("sample", "train", "validate"):
-            options = ["--quiet", "--benchmark"] if command == "validate" else ["--quiet"]
-            cpu, wall, _ = cpu_of([program, command, "case_b.yaml", *options], folder)
-            print(f"{command}: {cpu:.2f} s of CPU time, {wall:.2f} s")
+            words = ["--quiet", "--benchmark"] if command == "validate" else ["--quiet"]
+            done = measure([program, command, deck.name, *words], folder)
+            print(f"{command}: {done.cpu:.2f} s of CPU time, {done.wall:.2f} s")
             if command != "sample":
                 times |= yaml.safe_load((results / "report.yaml").read_text())["times"]
         print(f"of that, training after the snapshots were read: {times['train']:.2f} s; {load_text()}")
         print(f"refactored full-order model: {1e3 * times['refactored_per_point']:.2f} ms per point")
         print(f"condensed full-order model:  {1e3 * times['full_order_per_point']:.2f} ms per point")
-        source = Path(__file__).with_name("query_times.c")
-        build = ["cc", "-O2", source, f"-I{ROOT}/include", f"-L{library}", "-lsignorom_online"]
-        subprocess.run([*build, f"-Wl,-rpath,{library}", "-o", folder / "query_times"], check=True)
-        subprocess.run([folder / "query_times", results / "model.h5", n_points], check=True)
+        sys.stdout.flush()
+        subprocess.run(
+            [build_query_times(library, folder), results / "model.h5", str(options.n_points)], check=True
+        )
 
 
 if __name__ == "__main__":

@@ -9,16 +9,14 @@ Prints a row per way: clusters, snapshots, reduced unknowns of the smallest and 
 on the reduced domain at a grid of test points that no model was chosen by: median, 95 % of the points, share above 10 %.
 """
 
-import argparse
-import csv
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from timing import ROOT, build, cpu_of
+from timing import INPUT, build, command_line, copy_deck, cpu_of, read_table
 
-DECK = ROOT / "input" / "pellet_cladding_clusters.yaml"
+NAME = "pellet_cladding_clusters"
 CANDIDATES = "candidates: {sobol: 512, seed: 1}"
 # out of reach, so that all is tried
 ALL = f"target: {{error: 1.0e-3, measure: e_lambda_rid, {CANDIDATES}}}"
@@ -39,21 +37,20 @@ WAYS = {
 
 def run(program, folder, clusters, grid, n_map):
     """Errors at the test points, number of snapshots, reduced unknowns of each cluster."""
-    text = DECK.read_text().replace("../meshes", str(ROOT / "meshes"))
-    for old, new in (
-        ("clusters: {number: 3, method: regular}", f"clusters: {{{clusters}}}"),
-        ("training: {grid: {P1: 10, h1: 50}}", f"training: {{grid: {grid}}}"),
-        ("test: {grid: {P1: 80, h1: 80}}", f"test: {{grid: {{P1: {n_map}, h1: {n_map}}}}}"),
-    ):
-        assert old in text, old
-        text = text.replace(old, new)
     folder.mkdir()
-    (folder / "case_b.yaml").write_text(text)
+    deck = copy_deck(
+        INPUT / f"{NAME}.yaml",
+        folder,
+        **{
+            "clusters: {number: 3, method: regular}": f"clusters: {{{clusters}}}",
+            "training: {grid: {P1: 10, h1: 50}}": f"training: {{grid: {grid}}}",
+            "test: {grid: {P1: 80, h1: 80}}": f"test: {{grid: {{P1: {n_map}, h1: {n_map}}}}}",
+        },
+    )
     for command in ("sample", "train", "validate"):
-        cpu_of([program, command, "case_b.yaml"], folder)
-    results = folder / "results" / "case_b"
-    with (results / "validation.csv").open() as table:
-        errors = np.array([float(row["e_lambda_rid"]) for row in csv.DictReader(table)])
+        cpu_of([program, command, deck], folder)
+    results = folder / "results" / NAME
+    errors = read_table(results / "validation.csv")["e_lambda_rid"]
     with h5py.File(results / "model.h5") as model:
         n_snapshots = len(model["parameters/training_points"])
         sizes = [len(cluster["basis"]) for cluster in model["clusters"].values()]
@@ -62,17 +59,16 @@ def run(program, folder, clusters, grid, n_map):
 
 def main():
     """Runs all ways and prints their rows."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__)
     parser.add_argument("--map", type=int, default=40, help="test points per parameter")
-    n_map = parser.parse_args().map
+    parser.add_argument("--ways", nargs="+", choices=[*WAYS], default=[*WAYS])
+    options = parser.parse_args()
     (program,) = build("signorom")
     print("| clusters | how many | snapshots | l̄ | median % | 95 % of the points % | above 10 % % |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
-        for i, (name, (clusters, grid)) in enumerate(WAYS.items()):
-            errors, n_snapshots, sizes = run(program, Path(folder) / str(i), clusters, grid, n_map)
+        for i, name in enumerate(options.ways):
+            errors, n_snapshots, sizes = run(program, Path(folder) / str(i), *WAYS[name], options.map)
             print(
                 f"| {name} | {len(sizes)} | {n_snapshots} | {min(sizes)} to {max(sizes)} "
                 f"| {100 * np.median(errors):.2f} | {100 * np.percentile(errors, 95):.1f} "

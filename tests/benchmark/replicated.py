@@ -7,15 +7,12 @@
 import tempfile
 from pathlib import Path
 
-import blocks_3d
-from training_memory import run
+from blocks_3d import SIZES
+from boxes import deck_text, write_boxes
+from timing import launcher, measure
 
 N_RANKS = 2
 INTEGER, REAL = 4, 8
-DECK = (
-    blocks_3d.DECK
-    + "training: {{grid: {{P: {n_points}}}, groups: {n_groups}}}\nreduction: {{method: {method}}}\n"
-)
 
 
 def bytes_per_node():
@@ -28,19 +25,22 @@ def bytes_per_node():
     return cell + node + region + is_prescribed + motions
 
 
-def peaks_of(program, command, sizes, n_ranks=N_RANKS, **changed):
-    """Largest memory of each rank [bytes]; numbers of nodes and pairs of two blocks."""
-    keys = {"solver": "auto", "linear": "auto", "n_points": 4, "n_groups": 1, "method": "auto"}
+def peaks_of(program, command, counts, n_ranks=N_RANKS, *, solver="auto", n_points=4, method="auto"):
+    """Largest memory of each rank [bytes]; numbers of nodes and pairs of two boxes."""
+    rest = f"training: {{grid: {{P: {n_points}}}}}\nreduction: {{method: {method}}}"
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        n_nodes, n_pairs = blocks_3d.write_mesh(folder / "blocks.msh", *sizes)
-        (folder / "blocks.yaml").write_text(DECK.format(**(keys | changed)))
-        return run(program, folder, n_ranks, command, "blocks.yaml"), n_nodes, n_pairs
+        n_nodes = write_boxes(folder / "boxes.msh", "H8", counts)
+        (folder / "boxes.yaml").write_text(deck_text("H8", solver=f"type: {solver}", rest=rest))
+        done = measure([*launcher(n_ranks), program, command, "boxes.yaml", "--quiet"], folder)
+    return done.peaks, n_nodes, (counts[0] + 1) * (counts[1] + 1)
 
 
-def print_mesh(program):
-    """What `check` keeps of a mesh; the second rank reads no file."""
-    small, large = (peaks_of(program, "check", blocks_3d.SIZES[size]) for size in (54, 1000))
+def print_mesh(program, sizes):
+    """What `check` keeps of a mesh; the second rank reads no file. `sizes`: small and large, keys of SIZES."""
+    small, large = (
+        peaks_of(program, "check", [SIZES[size][0], SIZES[size][0], SIZES[size][1]]) for size in sizes
+    )
     n_nodes = large[1] - small[1]
     slopes = [(of_large - of_small) / n_nodes for of_large, of_small in zip(large[0], small[0], strict=True)]
     print(f"mesh of H8: {bytes_per_node()} bytes per node by the types;")
@@ -49,16 +49,18 @@ def print_mesh(program):
     )
 
 
-def print_condensed(program):
-    """W of two thin plates: a few dofs for each pair, so that W weighs."""
+def print_condensed(program, sides):
+    """W of two thin plates: a few dofs for each pair, so that W weighs. `sides`: cells along each."""
     print(
         "condensed contact: H = 8 bytes * dofs * pairs, shared by the ranks of a group; W = 8 bytes * pairs^2 on each"
     )
     print("    pairs   dofs ranks   H/ranks + 3 W  largest rank, without that of 100 pairs   [MB]")
     for n_ranks in (1, N_RANKS):
-        base = max(peaks_of(program, "sample", (10, 2), n_ranks, solver="condensed")[0])
-        for n_side in (30, 42):
-            peaks, n_nodes, n_pairs = peaks_of(program, "sample", (n_side, 2), n_ranks, solver="condensed")
+        base = max(peaks_of(program, "sample", [9, 9, 1], n_ranks, solver="condensed")[0])
+        for side in sides:
+            peaks, n_nodes, n_pairs = peaks_of(
+                program, "sample", [side, side, 1], n_ranks, solver="condensed"
+            )
             computed = REAL * (3 * n_nodes * n_pairs / n_ranks + 3 * n_pairs**2)
             print(
                 f"    {n_pairs:5d} {3 * n_nodes:6d} {n_ranks:5d} {computed / 1e6:15.0f} "
@@ -67,20 +69,20 @@ def print_condensed(program):
             )
 
 
-def print_snapshots(program):
-    """The first rank gathers all displacements when the sampling ends."""
-    few, many = 1000, 2000
-    sizes = (19, 3)
-    keys = {"solver": "condensed", "method": "hhr"}
-    small, large = (peaks_of(program, "sample", sizes, n_points=n, **keys)[0] for n in (few, many))
-    n_bytes = REAL * 3 * 2 * sizes[0] ** 2 * sizes[1] * (many - few)
+def print_snapshots(program, few, many):
+    """The first rank gathers all displacements when the sampling ends. `few`, `many`: numbers of snapshots."""
+    (small, n_nodes, _), (large, _, _) = (
+        peaks_of(program, "sample", [18, 18, 2], solver="condensed", method="hhr", n_points=n)
+        for n in (few, many)
+    )
+    n_bytes = REAL * 3 * n_nodes * (many - few)
     growth = [(of_large - of_small) / n_bytes for of_large, of_small in zip(large, small, strict=True)]
     print(f"snapshots: bytes of memory per byte of displacements, {n_bytes / 1e6:.0f} MB of them")
     print(f"    sample: {growth[0]:.2f} on the first rank, {growth[1]:.2f} on the other one")
 
 
-def print_tables(program):
-    """All of them."""
-    print_mesh(program)
-    print_condensed(program)
-    print_snapshots(program)
+def print_tables(program, is_small=False):
+    """All of them; `is_small`: quickly, to see that they work."""
+    print_mesh(program, (1, 13) if is_small else (54, 1000))
+    print_condensed(program, (5,) if is_small else (29, 41))
+    print_snapshots(program, *((10, 20) if is_small else (1000, 2000)))

@@ -10,37 +10,29 @@ points on one thread and on two. memory: bytes that grow on every rank, beside w
 them. Ratios are those of one run; wall and CPU times in seconds, memory in MB.
 """
 
-import argparse
-import sys
 import tempfile
 from pathlib import Path
-from types import SimpleNamespace
 
 import blocks_3d
 import groups
 import numpy as np
 import replicated
-from timing import ROOT, build, children_cpu, cpu_of, load_text
-
-sys.path += [str(ROOT / "tests" / "support")]
-from decks import copy_deck
+from timing import INPUT, build, command_line, copy_deck, load_text, measure, train, write_points
 
 SEED = 1495
-MODEL = "pellet_cladding"
+MODEL, GRID = "pellet_cladding", "P1: 10, h1: 50"
 
 
 def print_space(program, options):
     """A line per size and number of ranks; ratios to one rank."""
     print("One problem in space, active_set with multigrid")
     print("    dofs ranks   wall  ratio    CPU  ratio   MB of the largest rank  ratio  load")
-    arguments = SimpleNamespace(solver="active_set", linear="gamg", options="--quiet")
     for size in options.sizes:
         reference = None
         for n_ranks in (1, 2):
-            peaks, before = {}, children_cpu()
             with tempfile.TemporaryDirectory() as folder:
-                report, wall, _ = blocks_3d.run(arguments, Path(folder), size, n_ranks, program, peaks)
-            found = np.array([wall, children_cpu() - before, 1e3 * max(peaks.values())])
+                report, done = blocks_3d.run(program, Path(folder), size, n_ranks)
+            found = np.array([done.wall, done.cpu, max(done.peaks) / 1e6])
             reference = found if reference is None else reference
             ratios = reference / found
             print(
@@ -54,25 +46,17 @@ def print_threads(program, options):
     """A line per number of threads; the quickest of several runs."""
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        copy_deck(ROOT / "input" / f"{MODEL}.yaml", folder)
-        for command in ("sample", "train"):
-            cpu_of([program, command, f"{MODEL}.yaml", "--quiet"], folder)
-        write_points(folder / "points.csv", options.points)
-        command = [
-            program,
-            "predict",
-            f"results/{MODEL}/model.h5",
-            "--points",
-            "points.csv",
-            "--output",
-            "out.csv",
-        ]
+        copy_deck(INPUT / f"{MODEL}.yaml", folder, **({GRID: "P1: 10, h1: 10"} if options.small else {}))
+        _, model = train(program, folder, MODEL)
+        points = np.random.default_rng(SEED).uniform((5.0, 0.6), (200.0, 6.0), (options.points, 2))
+        write_points(folder / "points.csv", ("P1", "h1"), points)
+        command = [program, "predict", model, "--points", "points.csv", "--output", "out.csv"]
         print(f"predict of case b at {options.points} points")
         print("    threads   wall  ratio    CPU  ratio   load")
         reference = None
         for n_threads in (1, 2):
-            times = [cpu_of([*command, "--threads", n_threads], folder)[:2] for _ in range(options.repeats)]
-            cpu, wall = np.min(times, axis=0)
+            runs = [measure([*command, "--threads", n_threads], folder) for _ in range(options.repeats)]
+            cpu, wall = min(run.cpu for run in runs), min(run.wall for run in runs)
             reference = reference or (wall, cpu)
             print(
                 f"    {n_threads:7d} {wall:6.2f} {reference[0] / wall:6.2f} {cpu:6.2f} {reference[1] / cpu:6.2f}   "
@@ -81,21 +65,14 @@ def print_threads(program, options):
             )
 
 
-def write_points(path, n_points):
-    """Random points in the box of the deck."""
-    points = np.random.default_rng(SEED).uniform((5.0, 0.6), (200.0, 6.0), (n_points, 2))
-    np.savetxt(path, points, delimiter=",", header="P1,h1", comments="", fmt="%.17g")
-
-
 def print_groups(program, options):
     """The tables of groups.py."""
-    groups.print_cases(program, options.repeats)
+    groups.print_cases(program, options.repeats, options.small)
 
 
 def print_memory(program, options):
     """The tables of replicated.py."""
-    del options
-    replicated.print_tables(program)
+    replicated.print_tables(program, options.small)
 
 
 PARTS = {"space": print_space, "groups": print_groups, "threads": print_threads, "memory": print_memory}
@@ -103,16 +80,14 @@ PARTS = {"space": print_space, "groups": print_groups, "threads": print_threads,
 
 def main():
     """The chosen parts, one after the other."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__)
     parser.add_argument("--parts", nargs="+", choices=[*PARTS], default=[*PARTS])
     parser.add_argument("--sizes", nargs="+", type=int, default=[54, 195], help="thousand dofs, of space")
     parser.add_argument("--points", type=int, default=50_000, help="of threads")
     parser.add_argument("--repeats", type=int, default=3, help="of groups and threads")
-    parser.add_argument("--program", type=Path, help="default: build/release/signorom, brought up to date")
+    parser.add_argument("--small", action="store_true", help="all but space quickly, to see that it works")
     options = parser.parse_args()
-    program = (options.program or build("signorom")[0]).resolve()
+    (program,) = build("signorom")
     print(load_text())
     for part in options.parts:
         PARTS[part](program, options)

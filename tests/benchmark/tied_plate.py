@@ -9,19 +9,15 @@ Two plates of hexahedra with equal meshes; the upper one is pressed down and til
 condensed model against active_set at points between the training points, and the time of each.
 """
 
-import argparse
-import re
 import sys
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
-from large_contact import error_text, predict, write_points
-from timing import ROOT, build, cpu_of, load_text
-
-sys.path.append(str(ROOT / "tests" / "support"))
-from block_meshes import Mesh
+from boxes import Box, write_gmsh
+from large_contact import error_text, predict, sample
+from timing import build, command_line, load_text, train, write_points
 
 SEED = 7225
 # of that of the matrix of all contacts: 64 MB, the default, for 85 nodes along each side
@@ -51,11 +47,19 @@ reduction: {{method: condensed, max_full_order_size: {room}, displacement: {{bou
 
 def write_case(folder, n_nodes, n_snapshots):
     """Mesh and deck."""
-    x, y = np.linspace(0, 120, n_nodes), np.linspace(0, 100, n_nodes)
-    mesh = Mesh()
-    mesh.add_block("lower", [x, y, np.array([-4.0, -2.0, 0.0])], "H8", {(2, 0): "base", (2, 1): "lower_face"})
-    mesh.add_block("upper", [x, y, np.array([0.0, 3.0])], "H8", {(2, 0): "upper_face", (2, 1): "top"})
-    mesh.write(folder / "plate.msh")
+    counts = [n_nodes - 1, n_nodes - 1]
+    lower = Box("H8", [120.0, 100.0, 4.0], [*counts, 2], [0.0, 0.0, -4.0])
+    upper = Box("H8", [120.0, 100.0, 3.0], [*counts, 1], [0.0, 0.0, 0.0])
+    n = len(lower.nodes)
+    groups = [
+        ("H8", "lower", lower.cells),
+        ("H8", "upper", upper.cells + n),
+        ("Q4", "base", lower.sides[2, 0]),
+        ("Q4", "lower_face", lower.sides[2, 1]),
+        ("Q4", "upper_face", upper.sides[2, 0] + n),
+        ("Q4", "top", upper.sides[2, 1] + n),
+    ]
+    write_gmsh(folder / "plate.msh", np.vstack([lower.nodes, upper.nodes]), groups)
     room = ROOM * 8e-6 * n_nodes**4
     deck = DECK.format(low=LOW, high=HIGH, snapshots=n_snapshots, room=room)
     (folder / "plate.yaml").write_text(deck)
@@ -63,41 +67,33 @@ def write_case(folder, n_nodes, n_snapshots):
 
 def main():
     """Sample, train, compare."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__)
     parser.add_argument("--nodes", type=int, default=85, help="along each side")
     parser.add_argument("--snapshots", type=int, default=40)
     parser.add_argument("--points", type=int, default=10)
-    parser.add_argument("--program", type=Path, help="default: build/release/signorom, brought up to date")
-    arguments = parser.parse_args()
-    program = (arguments.program or build("signorom", "signorom_online")[0]).resolve()
+    options = parser.parse_args()
+    (program,) = build("signorom")
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        write_case(folder, arguments.nodes, arguments.snapshots)
-        for command in ("sample", "train"):
-            cpu, _, _ = cpu_of([program, command, "plate.yaml", "--quiet"], folder)
-            print(f"{command}: {cpu:.1f} s of CPU time; {load_text()}", flush=True)
-        model = folder / "results" / "plate" / "model.h5"
+        write_case(folder, options.nodes, options.snapshots)
+        times, model = train(program, folder, "plate")
+        print("sample: {:.1f} s, train: {:.1f} s of CPU time".format(*times) + f"; {load_text()}", flush=True)
         with h5py.File(model) as file:
             tied = file["clusters/1/tied"]
             counts = [np.bincount(cluster["status"][()], minlength=3) for cluster in tied.values()]
         print(
             f"model.h5: {model.stat().st_size / 1e6:.0f} MB; open, closed, changing in each cluster: {counts}"
         )
-        points = np.random.default_rng(SEED).uniform(LOW, HIGH, (arguments.points, 3))
+        points = np.random.default_rng(SEED).uniform(LOW, HIGH, (options.points, 3))
         write_points(folder / "points.csv", NAMES, points)
-        found = predict(program, folder, model, arguments.nodes**2)
-        check = folder / "check.yaml"
-        text = (folder / "plate.yaml").read_text()
-        check.write_text(re.sub(r"training: .*", "training: {file: points.csv}", text))
-        cpu, _, _ = cpu_of([program, "sample", "check.yaml", "--quiet"], folder)
-        with h5py.File(folder / "results" / "check" / "snapshots.h5") as file:
-            expected = file["multipliers"][()]
-        print(f"full order, active_set: {cpu / len(points):.1f} s of CPU time per point")
-        print(f"predict against it at {len(points)} points: {error_text(found, expected)[0]}")
+        found = predict(program, folder, model, options.nodes**2)
+        expected, cpu = sample(program, folder, "plate", points, "active_set")
+        print(f"full order, active_set: {cpu:.1f} s of CPU time per point")
+        text, is_same = error_text(found, expected)
+        print(f"predict against it at {len(points)} points: {text}")
         n_closed = (expected > 0).sum(axis=1)
         print(f"closed: {n_closed.min()} to {n_closed.max()} of {expected.shape[1]}")
+    sys.exit(None if is_same else "the answers differ")
 
 
 if __name__ == "__main__":

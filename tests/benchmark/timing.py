@@ -1,49 +1,157 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the benchmarks share: a release build, CPU and wall time of a command, the load of the machine."""
+"""What the benchmarks share: the programs, time and memory of a command, decks, points, and what is said of a target."""
 
+import argparse
+import contextlib
 import os
-import resource
 import subprocess
 import sys
+import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests" / "support"))
-from program import ENVIRONMENT  # noqa: E402
+from decks import copy_deck  # noqa: E402
+from program import ENVIRONMENT, descendants, launcher  # noqa: E402
+from results import read_table  # noqa: E402
 
+__all__ = ["copy_deck", "launcher", "read_table"]
+
+INPUT = ROOT / "input"
 BUILD = ROOT / "build" / "release"
+# where a build has what is not a benchmark
+PLACES = {"signorom": "signorom", "signorom_online": "src/online/libsignorom_online.so"}
+# [s] between two looks at the memory of ranks
+PAUSE = 0.05
+
+
+def command_line(doc):
+    """A parser that shows the docstring of a script."""
+    return argparse.ArgumentParser(description=doc, formatter_class=argparse.RawDescriptionHelpFormatter)
 
 
 def build(*targets):
-    """Paths of the programs of a release build, brought up to date."""
-    if not (BUILD / "build.ninja").exists():
-        subprocess.run(["cmake", "--preset", "release"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["ninja", "-C", str(BUILD), *targets], check=True, stdout=subprocess.DEVNULL)
-    return [BUILD / (name if name == "signorom" else f"tests/benchmark/{name}") for name in targets]
+    """Paths of programs and libraries: those of a release build, which is brought up to date.
+
+    SIGNOROM_EXECUTABLE names the program of another build, which stays as it is.
+    """
+    given = os.environ.get("SIGNOROM_EXECUTABLE")
+    folder = Path(given).resolve().parent if given else BUILD
+    if not given:
+        if not (BUILD / "build.ninja").exists():
+            subprocess.run(["cmake", "--preset", "release"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["ninja", "-C", BUILD, *targets], check=True, stdout=subprocess.DEVNULL)
+    return [folder / PLACES.get(name, f"tests/benchmark/{name}") for name in targets]
+
+
+def python_model(library):
+    """The class Model of Python, on this library."""
+    os.environ["SIGNOROM_LIBRARY"] = str(library)
+    from signorom_post import Model
+
+    return Model
+
+
+def build_query_times(library, folder):
+    """Path of query_times.c, compiled against nothing but the header and the online library."""
+    program = folder / "query_times"
+    source = Path(__file__).with_name("query_times.c")
+    place = library.parent
+    command = ["cc", "-O2", source, f"-I{ROOT}/include", f"-L{place}", "-lsignorom_online"]
+    subprocess.run([*command, f"-Wl,-rpath,{place}", "-o", program], check=True)
+    return program
+
+
+@dataclass
+class Run:
+    """What a command took: wall time, user time, user and system time [s], memory of each rank [bytes]; what it said."""
+
+    code: int
+    output: str
+    wall: float
+    user: float
+    cpu: float
+    peaks: list[float]
+
+    @property
+    def megabytes(self):
+        """Largest memory of all ranks together."""
+        return sum(self.peaks) / 1e6
+
+
+def measure(command, folder, may_fail=False, log=None):
+    """Runs a command, which must succeed unless it may fail. Ranks are in the order in which they started.
+
+    What it says goes to the file `log` while it runs, if there is one.
+    """
+    command = list(map(str, command))
+    peaks, start = {}, time.perf_counter()
+    with log.open("w+") if log else tempfile.TemporaryFile("w+") as file:
+        process = subprocess.Popen(
+            command,
+            cwd=folder,
+            env=os.environ | ENVIRONMENT,
+            stdin=subprocess.DEVNULL,
+            stdout=file,
+            stderr=subprocess.STDOUT,
+        )
+        usage = wait(process, peaks if command[0] == "mpirun" else None)
+        wall = time.perf_counter() - start
+        file.seek(0)
+        output = file.read()
+    if process.returncode != 0 and not may_fail:
+        sys.exit(f"{' '.join(command)}\nended with {process.returncode}: {output[-3000:]}")
+    of_ranks = [peaks[pid] for pid in sorted(peaks)] or [1024.0 * usage.ru_maxrss]
+    return Run(process.returncode, output, wall, usage.ru_utime, usage.ru_utime + usage.ru_stime, of_ranks)
+
+
+def wait(process, peaks):
+    """Waits for the end of a process; returns what it used. `peaks`: none, or where memory of its ranks is kept."""
+    pid = 0
+    while not pid:
+        if peaks is not None:
+            note_peaks(process.pid, peaks)
+            time.sleep(PAUSE)
+        pid, status, usage = os.wait4(process.pid, 0 if peaks is None else os.WNOHANG)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    return usage
+
+
+def note_peaks(pid, peaks):
+    """Keeps the largest resident memory so far [bytes] of each rank below mpirun, by process id."""
+    for child in descendants(pid):
+        with contextlib.suppress(OSError, KeyError, ValueError):
+            lines = Path(f"/proc/{child}/status").read_text().splitlines()
+            fields = dict(line.split(":", 1) for line in lines)
+            if fields["Name"].strip().startswith("signorom"):
+                peaks[child] = 1024.0 * int(fields["VmHWM"].split()[0])
 
 
 def cpu_of(command, folder):
-    """User and system time, wall time [s] and output of a command that must succeed."""
-    before, start = children_cpu(), time.perf_counter()
-    done = subprocess.run(
-        list(map(str, command)),
-        cwd=folder,
-        env=os.environ | ENVIRONMENT,
-        capture_output=True,
-        text=True,
-        check=False,
+    """User and system time [s] of a command that must succeed."""
+    return measure(command, folder).cpu
+
+
+def train(program, folder, name):
+    """Samples and trains a deck; CPU time of both [s], and the model."""
+    times = [cpu_of([program, command, f"{name}.yaml", "--quiet"], folder) for command in ("sample", "train")]
+    return times, folder / "results" / name / "model.h5"
+
+
+def write_points(path, names, points):
+    """As a deck and predict read them."""
+    path.write_text(
+        "\n".join([",".join(names), *(",".join(map(repr, row)) for row in np.asarray(points).tolist()), ""])
     )
-    if done.returncode != 0:
-        sys.exit(f"{command} ended with {done.returncode}: {done.stderr}")
-    wall = time.perf_counter() - start
-    return children_cpu() - before, wall, done.stdout
 
 
-def children_cpu():
-    """User and system time [s] of all commands that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+def tell_target(text, is_met):
+    """Says a target, and whether it was met. A benchmark fails where an answer is wrong, never for its time."""
+    print(f"target: {text}: {'met' if is_met else 'MISSED'}")
 
 
 def load_text():

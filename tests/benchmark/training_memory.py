@@ -4,23 +4,19 @@
 
 build/venv/bin/python tests/benchmark/training_memory.py [--ranks 1 2 4] [--models hhr fallback clusters modes]
 
-Largest resident memory of each rank, their sum, and the sum with 16 snapshots. Ends with 1 where the sum is more than
+Largest resident memory of each rank, their sum, and the sum with 16 snapshots. Target:
 2.5 bytes per byte of the snapshots and 200 MB per rank.
 """
 
-import argparse
-import os
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 
-from blocks_3d import BODIES, ENVIRONMENT, ROOT, launcher, peak_memory, write_mesh
+from boxes import deck_text, write_boxes
+from timing import build, command_line, launcher, measure, tell_target
 
-N_SIDE, N_HIGH = 16, 9
-N_DOFS = 3 * 2 * N_SIDE**2 * N_HIGH
-GRIDS = {"many": (40, 25), "few": (4, 4)}
+COUNTS = [15, 15, 8]
+N_DOFS = 3 * 2 * 16**2 * 9
+FEW = (4, 4)
 REDUCTION = """\
 reduction:
   method: hhr
@@ -37,76 +33,63 @@ MODELS = {
 }
 # allowed: bytes for a byte of the snapshots, all ranks together, and for a process
 PER_BYTE, PER_PROCESS = 2.5, 200e6
-DECK = """\
-title: Two blocks with a tilt, benchmark
-mesh: {{file: blocks.msh, model: solid}}
-parameters:
-  P: {{min: 0.5e6, max: 2.0e6, unit: Pa}}
-  tilt: {{min: 0, max: 4.0e-5}}
-"""
-DECK += BODIES.replace("GAP", '"2e-5 * (x^2 + y^2) + tilt * x"')
-DECK += """\
-solver: {{type: condensed}}
-training: {{grid: {{P: {grid[0]}, tilt: {grid[1]}}}}}
-output: {{directory: results_{name}}}
-{model}
-"""
+GAP = "2e-5 * (x^2 + y^2) + tilt * x"
+TILT = ", tilt: {min: 0, max: 4.0e-5}"
 
 
-def write_deck(folder, name, model):
-    """A deck whose results stand in a folder of its number of snapshots."""
+def write_deck(folder, grid, model):
+    """A deck whose results stand in a folder of its grid; its name."""
+    name = "x".join(map(str, grid))
+    rest = (
+        f"training: {{grid: {{P: {grid[0]}, tilt: {grid[1]}}}}}\n"
+        f"output: {{directory: results_{name}}}\n{MODELS[model]}"
+    )
     path = folder / f"{name}_{model}.yaml"
-    path.write_text(DECK.format(grid=GRIDS[name], name=name, model=MODELS[model]))
+    path.write_text(deck_text("H8", gap=GAP, solver="type: condensed", parameters=TILT, rest=rest))
     return path.name
 
 
-def run(program, folder, n_ranks, *arguments):
+def peaks_of(program, folder, n_ranks, *words):
     """Largest resident memory of each rank [bytes], in their order."""
-    command = [*launcher(n_ranks), str(program), *arguments, "--quiet"]
-    peaks = {}
-    environment = os.environ | ENVIRONMENT
-    process = subprocess.Popen(command, cwd=folder, env=environment, stderr=subprocess.PIPE, text=True)
-    while process.poll() is None:
-        peak_memory(process, peaks)
-        time.sleep(0.02)
-    if process.returncode != 0:
-        sys.exit(f"exit code {process.returncode}: {' '.join(command)}\n{process.stderr.read()}")
-    return [1e9 * peaks[pid] for pid in sorted(peaks, key=int)]
+    return measure([*launcher(n_ranks), program, *words, "--quiet"], folder).peaks
 
 
 def main():
     """A line per model and number of ranks."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = command_line(__doc__)
     parser.add_argument("--ranks", nargs="+", type=int, default=[1, 2, 4])
     parser.add_argument("--models", nargs="+", choices=[*MODELS], default=[*MODELS])
+    parser.add_argument("--grid", nargs=2, type=int, default=[40, 25], help="snapshots along each parameter")
     parser.add_argument("--folder", type=Path, help="where the snapshots stay for another run")
-    arguments = parser.parse_args()
-    program = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "release" / "signorom")).resolve()
-    n_bytes = 8 * N_DOFS * GRIDS["many"][0] * GRIDS["many"][1]
+    options = parser.parse_args()
+    (program,) = build("signorom")
+    n_bytes = 8 * N_DOFS * options.grid[0] * options.grid[1]
     print(f"{N_DOFS} dofs, {n_bytes / 1e6:.0f} MB of snapshots")
     print("model     ranks  MB per rank           sum  with few  allowed")
     is_fine = True
     with tempfile.TemporaryDirectory() as name:
-        folder = arguments.folder or Path(name)
+        folder = options.folder or Path(name)
         folder.mkdir(exist_ok=True)
-        write_mesh(folder / "blocks.msh", N_SIDE, N_HIGH)
-        for grid in GRIDS:
-            run(program, folder, 1, "sample", write_deck(folder, grid, "hhr"))
-        for model in arguments.models:
-            for n_ranks in arguments.ranks:
-                few = sum(run(program, folder, n_ranks, "train", write_deck(folder, "few", model)))
-                many = run(program, folder, n_ranks, "train", write_deck(folder, "many", model))
+        write_boxes(folder / "boxes.msh", "H8", COUNTS)
+        for grid in (options.grid, FEW):
+            peaks_of(program, folder, 1, "sample", write_deck(folder, grid, "hhr"))
+        for model in options.models:
+            for n_ranks in options.ranks:
+                few, many = (
+                    peaks_of(program, folder, n_ranks, "train", write_deck(folder, grid, model))
+                    for grid in (FEW, options.grid)
+                )
                 allowed = PER_BYTE * n_bytes + n_ranks * PER_PROCESS
                 is_fine = is_fine and sum(many) <= allowed
                 print(
                     f"{model:9s} {n_ranks:5d}  {' '.join(f'{peak / 1e6:.0f}' for peak in many):17s} "
-                    f"{sum(many) / 1e6:7.0f} {few / 1e6:9.0f} {allowed / 1e6:8.0f}",
+                    f"{sum(many) / 1e6:7.0f} {sum(few) / 1e6:9.0f} {allowed / 1e6:8.0f}",
                     flush=True,
                 )
-    return 0 if is_fine else 1
+    tell_target(
+        f"{PER_BYTE} bytes per byte of the snapshots and {PER_PROCESS / 1e6:.0f} MB per rank", is_fine
+    )
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -25,12 +25,12 @@ def compile_c(name, library, folder):
     return program
 
 
-def run_c(program, *arguments):
+def run_c(program, *arguments, time_limit=120):
     """Run a compiled program, whatever its exit code."""
     return subprocess.run(
         [program, *map(str, arguments)],
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=time_limit,
         env=os.environ | {"OPENBLAS_NUM_THREADS": "1"},
     )

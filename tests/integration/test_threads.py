@@ -76,10 +76,13 @@ def compare_threads(library, tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", DECKS)
-def test_threads_in_c_answer_as_one(compare_threads, models, name):
-    done = run_c(compare_threads, models[name], N_THREADS, N_POINTS)
+def test_threads_in_c_answer_as_one(compare_threads, models, name, pytestconfig):
+    """A million answers with --all-points."""
+    is_long = pytestconfig.getoption("--all-points")
+    n_points = 1_000_000 // N_THREADS if is_long else N_POINTS
+    done = run_c(compare_threads, models[name], N_THREADS, n_points, time_limit=3600 if is_long else 120)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f": 0 of {N_THREADS * N_POINTS} answers differ" in done.stdout
+    assert f": 0 of {N_THREADS * n_points} answers differ" in done.stdout
 
 
 @pytest.mark.parametrize("name", DECKS)

@@ -17,7 +17,6 @@ import csv
 import os
 import re
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -32,10 +31,9 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
 sys.path += [str(ROOT / "tests" / "benchmark"), str(ROOT / "tests" / "support")]
-from blocks_3d import peak_memory  # noqa: E402
-from timing import load_text  # noqa: E402
+from timing import load_text, measure  # noqa: E402
 
-from program import ENVIRONMENT, launcher  # noqa: E402
+from program import launcher  # noqa: E402
 from signorom_post import Model, NotAcceptedWarning  # noqa: E402
 from vtk_fields import read_with_vtk  # noqa: E402
 
@@ -69,29 +67,9 @@ class Stages:
         """Runs a command in a folder inside of this one, and returns its exit code and all that it printed."""
         log, place = self.folder / f"{name}.log", self.folder / inside
         place.mkdir(exist_ok=True)
-        peaks = {}
-        start = time.perf_counter()
-        with log.open("w") as file:
-            process = subprocess.Popen(
-                list(map(str, command)),
-                cwd=place,
-                env=os.environ | ENVIRONMENT,
-                stdin=subprocess.DEVNULL,
-                stdout=file,
-                stderr=subprocess.STDOUT,
-            )
-            while True:
-                pid, status, usage = os.wait4(process.pid, os.WNOHANG)
-                if pid:
-                    break
-                peak_memory(process, peaks)
-                time.sleep(0.1)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        seconds = time.perf_counter() - start
-        # the largest of all processes, or the sum of the ranks
-        megabytes = max(1e3 * sum(peaks.values()), usage.ru_maxrss * 1024 / 1e6)
-        self.rows.append((name, seconds, usage.ru_utime + usage.ru_stime, megabytes, process.returncode))
-        return process.returncode, log.read_text()
+        done = measure(command, place, may_fail=True, log=log)
+        self.rows.append((name, done.wall, done.cpu, done.megabytes, done.code))
+        return done.code, done.output
 
     def print(self):
         print("| stage | wall s | CPU s | MB | exit code |\n|---|---|---|---|---|")

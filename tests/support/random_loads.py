@@ -4,7 +4,7 @@
 import numpy as np
 
 from decks import copy_deck
-from program import ROOT
+from program import ROOT, TIME_LIMIT
 from results import read_snapshots
 
 SEED = 1495
@@ -30,7 +30,7 @@ def draw_cases():
     return cases
 
 
-def sample(program, folder, solver, cases):
+def sample(program, folder, solver, cases, time_limit=TIME_LIMIT):
     """Runs `sample` with a solver type at the cases in `folder`, and returns read_snapshots of the result.
 
     AssertionError unless the exit code is 0, that is, all cases have converged.
@@ -43,7 +43,7 @@ def sample(program, folder, solver, cases):
     )
     rows = [",".join(map(repr, map(float, case))) for case in cases]
     (folder / "points.csv").write_text("\n".join([",".join(NAMES), *rows, ""]))
-    program("sample", deck, folder=folder)
+    program("sample", deck, folder=folder, time_limit=time_limit)
     snapshots = read_snapshots(folder / "results" / "random_loads" / "snapshots.h5")
     np.testing.assert_allclose(snapshots["parameters"], cases, rtol=1e-12, atol=1e-12)
     return snapshots
