@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +26,7 @@ INPUT = ROOT / "input"
 BUILD = ROOT / "build" / "release"
 # where a build has what is not a benchmark
 PLACES = {"signorom": "signorom", "signorom_online": "src/online/libsignorom_online.so"}
-# [s] between two looks at the memory of ranks
+# [s] between two looks at the memory of a process
 PAUSE = 0.05
 
 
@@ -89,7 +90,7 @@ def measure(command, folder, may_fail=False, log=None):
     What it says goes to the file `log` while it runs, if there is one.
     """
     command = list(map(str, command))
-    peaks, start = {}, time.perf_counter()
+    start = time.perf_counter()
     with log.open("w+") if log else tempfile.TemporaryFile("w+") as file:
         process = subprocess.Popen(
             command,
@@ -99,7 +100,7 @@ def measure(command, folder, may_fail=False, log=None):
             stdout=file,
             stderr=subprocess.STDOUT,
         )
-        usage = wait(process, peaks if command[0] == "mpirun" else None)
+        usage, peaks = wait(process, is_parallel=command[0] == "mpirun")
         wall = time.perf_counter() - start
         file.seek(0)
         output = file.read()
@@ -109,26 +110,34 @@ def measure(command, folder, may_fail=False, log=None):
     return Run(process.returncode, output, wall, usage.ru_utime, usage.ru_utime + usage.ru_stime, of_ranks)
 
 
-def wait(process, peaks):
-    """Waits for the end of a process; returns what it used. `peaks`: none, or where memory of its ranks is kept."""
-    pid = 0
-    while not pid:
-        if peaks is not None:
-            note_peaks(process.pid, peaks)
-            time.sleep(PAUSE)
-        pid, status, usage = os.wait4(process.pid, 0 if peaks is None else os.WNOHANG)
+def wait(process, is_parallel):
+    """Waits for the end of a process; returns what it used, and the memory of its ranks by process id [bytes]."""
+    peaks, has_ended = {}, threading.Event()
+
+    def look():
+        while not has_ended.wait(PAUSE):
+            note_peaks(descendants(process.pid) if is_parallel else [process.pid], is_parallel, peaks)
+
+    watch = threading.Thread(target=look)
+    watch.start()
+    _, status, usage = os.wait4(process.pid, 0)
+    has_ended.set()
+    watch.join()
     process.returncode = os.waitstatus_to_exitcode(status)
-    return usage
+    return usage, peaks
 
 
-def note_peaks(pid, peaks):
-    """Keeps the largest resident memory so far [bytes] of each rank below mpirun, by process id."""
-    for child in descendants(pid):
+def note_peaks(pids, is_parallel, peaks):
+    """Keeps the largest resident memory so far of processes; below mpirun only of the program.
+
+    What the system tells at the end, ru_maxrss, is at least the memory of this script, from which the process was made.
+    """
+    for pid in pids:
         with contextlib.suppress(OSError, KeyError, ValueError):
-            lines = Path(f"/proc/{child}/status").read_text().splitlines()
+            lines = Path(f"/proc/{pid}/status").read_text().splitlines()
             fields = dict(line.split(":", 1) for line in lines)
-            if fields["Name"].strip().startswith("signorom"):
-                peaks[child] = 1024.0 * int(fields["VmHWM"].split()[0])
+            if not is_parallel or fields["Name"].strip().startswith("signorom"):
+                peaks[pid] = 1024.0 * int(fields["VmHWM"].split()[0])
 
 
 def cpu_of(command, folder):
