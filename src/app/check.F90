@@ -47,42 +47,55 @@ contains
     type(string_t), allocatable :: warnings(:)
 
     ierr = 0
-    call choose_shown(command, session%deck, shown, error)
-    if (allocated(error)) then
-      call session%fail(error)
-      return
-    end if
-    PetscCall(session%load_study(error, ierr))
-    allocate (training(size(session%deck%parameters), 0), test(size(session%deck%parameters), 0))
-    if (session%deck%has_training .and. .not. allocated(error)) then
-      call build_points(session%deck%training, session%deck%parameters, training, error)
-    end if
-    if (session%deck%has_test .and. .not. allocated(error)) then
-      call build_points(session%deck%test, session%deck%parameters, test, error)
-    end if
-    if (.not. allocated(error)) call check_points(session%full_order%problem, shown, error)
-    if (.not. allocated(error)) call check_points(session%full_order%problem, training, error)
-    if (.not. allocated(error)) call check_points(session%full_order%problem, test, error)
-    if (.not. allocated(error)) call check_points(session%full_order%problem, session%deck%output%points, error)
-    ! the model must be possible in the whole box
-    if (session%deck%has_training .and. .not. allocated(error)) call check_box(session%full_order%problem, error)
-    if (allocated(error)) then
-      call session%fail(error)
-      ! pictures show best what is wrong
-      if (command%has_fields .and. session%full_order%problem%has_driving) then
-        PetscCall(write_fields(shown(:, 1), session, ierr))
-      end if
-      return
-    end if
-    call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
-    call warn_of_plan(session%full_order%problem, joined_points(session%deck, training, test))
-    warnings = predicted_lean_warnings(session%full_order%problem, joined_points(session%deck, training, test))
-    call log_warnings(warnings)
-    PetscCall(warn_of_missing_tool(session%deck, ierr))
-    if (command%has_fields) then
+    work: block
+      call choose_shown(command, session%deck, shown, error)
+      if (allocated(error)) exit work
+      PetscCall(session%load_study(error, ierr))
+      if (allocated(error)) exit work
+      call check_all_points(session%full_order%problem, shown, training, test, error)
+      if (allocated(error)) exit work
+      call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
+      call warn_of_plan(session%full_order%problem, joined_points(session%deck, training, test))
+      warnings = predicted_lean_warnings(session%full_order%problem, joined_points(session%deck, training, test))
+      call log_warnings(warnings)
+      PetscCall(warn_of_missing_tool(session%deck, ierr))
+    end block work
+    if (allocated(error)) call session%fail(error)
+    ! also after an error: pictures show best what is wrong
+    if (command%has_fields .and. session%full_order%problem%has_driving) then
       PetscCall(write_fields(shown(:, 1), session, ierr))
     end if
   end subroutine check_deck
+
+  !> Builds the training points and the test points of the deck and checks them, the shown ones, those of the output, and the box of
+  !> the training. Errors: those of build_points, check_points and check_box.
+  subroutine check_all_points(problem, shown, training, test, error)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points), as all
+    real(rk), intent(in) :: shown(:, :)
+    !> without points if the deck has no such section
+    real(rk), allocatable, intent(out) :: training(:, :)
+    real(rk), allocatable, intent(out) :: test(:, :)
+    type(error_t), allocatable, intent(out) :: error
+
+    associate (deck => problem%deck)
+      allocate (training(size(deck%parameters), 0), test(size(deck%parameters), 0))
+      if (deck%has_training) call build_points(deck%training, deck%parameters, training, error)
+      if (allocated(error)) return
+      if (deck%has_test) call build_points(deck%test, deck%parameters, test, error)
+      if (allocated(error)) return
+      call check_points(problem, shown, error)
+      if (allocated(error)) return
+      call check_points(problem, training, error)
+      if (allocated(error)) return
+      call check_points(problem, test, error)
+      if (allocated(error)) return
+      call check_points(problem, deck%output%points, error)
+      if (allocated(error)) return
+      ! the model must be possible in the whole box
+      if (deck%has_training) call check_box(problem, error)
+    end associate
+  end subroutine check_all_points
 
   !> Finds the point of --fields: that of --at, or the middle of the box. Errors: those of parse_point.
   subroutine choose_shown(command, deck, shown, error)

@@ -141,7 +141,8 @@ contains
       call take_value(arguments, i, command%log, error)
     case ('--threads')
       call take_value(arguments, i, value, error)
-      if (.not. allocated(error)) call take_threads(value, command%n_threads, error)
+      if (allocated(error)) return
+      call take_threads(value, command%n_threads, error)
     case default
       call take_petsc_option(arguments, i, command, error)
     end select

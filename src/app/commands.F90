@@ -8,7 +8,7 @@ module sig_commands
   use sig_check, only: check_deck
   use sig_describe, only: describe
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_report, error_t, exit_not_converged, exit_success, exit_user
+  use sig_errors, only: error_report, error_t, exit_success, exit_user
   use sig_forest_training, only: need_forest_tool, warn_of_missing_tool
   use sig_init, only: init_deck
   use sig_kinds, only: rk
@@ -123,12 +123,15 @@ contains
     ierr = 0
     is_run = command%name == 'run'
     points = session%deck%output%points
-    if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
-    if ((is_run .or. command%name == 'train') .and. .not. allocated(error)) then
-      PetscCall(need_forest_tool(session%deck, error, ierr))
-    else if (command%name == 'sample') then
-      PetscCall(warn_of_missing_tool(session%deck, ierr))
-    end if
+    work: block
+      if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
+      if (allocated(error)) exit work
+      if (is_run .or. command%name == 'train') then
+        PetscCall(need_forest_tool(session%deck, error, ierr))
+      else if (command%name == 'sample') then
+        PetscCall(warn_of_missing_tool(session%deck, ierr))
+      end if
+    end block work
     if (allocated(error)) then
       call session%fail(error)
       return
@@ -136,22 +139,15 @@ contains
     if (is_run .or. command%name == 'sample') then
       PetscCall(sample_stage(session, ierr))
     end if
-    if (may_go_on(session) .and. (is_run .or. command%name == 'train')) then
+    if (session%may_go_on() .and. (is_run .or. command%name == 'train')) then
       PetscCall(train_stage(session, report, ierr))
       PetscCall(stop_if_asked(session, ierr))
     end if
-    if (may_go_on(session) .and. ((is_run .and. session%deck%has_test) .or. command%name == 'validate')) then
+    if (session%may_go_on() .and. ((is_run .and. session%deck%has_test) .or. command%name == 'validate')) then
       PetscCall(validate_stage(session, report, ierr))
     end if
-    if (may_go_on(session) .and. (is_run .or. command%name == 'solve')) then
+    if (session%may_go_on() .and. (is_run .or. command%name == 'solve')) then
       PetscCall(fields_stage(session, points, is_run, report, ierr))
     end if
   end subroutine run_stages
-
-  !> Whether the next stage may run. Errors and signals prevent this; points that did not converge do not.
-  pure logical function may_go_on(session)
-    type(session_t), intent(in) :: session
-
-    may_go_on = .not. session%has_failed .and. any(session%exit_code == [exit_success, exit_not_converged])
-  end function may_go_on
 end module sig_commands

@@ -70,42 +70,40 @@ contains
     integer, intent(inout) :: exit_code
     type(error_t), allocatable, intent(out) :: error
     type(online_model_t), target :: online
-    type(answer_block_t) :: block
+    type(answer_block_t) :: answers
     type(point_list_t) :: list
     type(predicted_fields_t) :: fields
-    character(:), allocatable :: message
     real(rk), allocatable :: points(:, :)
     type(output_stream_t) :: table
     logical :: is_stopped
-    integer :: n_threads
 
     is_stopped = .false.
-    call read_model(command%file, online%model, error)
-    if (allocated(error)) return
-    n_threads = command%n_threads
-    if (n_threads == 0) n_threads = sig_processor_count()
-    if (command%at /= '') then
-      n_threads = 1
-      call parse_point(command%at, online%model%parameter_names, points, error)
-    else
-      call list%open(command%points, online%model%parameter_names, error)
-    end if
-    if (allocated(error)) return
-    call online%prepare(message)
-    if (.not. allocated(message)) call block%create(online, n_threads, block_size, message)
-    if (allocated(message)) call make_error(error, 'the model cannot answer: ' // message, command%file)
-    if (.not. allocated(error) .and. command%at /= '') then
-      block%points(:, :1) = points
-      block%n_points = 1
-      call check_box(command, block, error)
-    else if (.not. allocated(error)) then
-      call next_block(command, list, block, error)
-    end if
-    if (command%has_fields .and. .not. allocated(error)) call fields%create(online, command%file, &
-      fields_folder(command%file, command%output), error)
-    if (command%output == '') call say_when_ended('warning: ' // lines_missing, is_warning=.true.)
-    if (.not. allocated(error)) call table%open(command%output, error)
-    if (.not. allocated(error)) call answer_blocks(command, list, block, table, fields, is_stopped, error)
+    work: block
+      call read_model(command%file, online%model, error)
+      if (allocated(error)) exit work
+      if (command%at /= '') then
+        call parse_point(command%at, online%model%parameter_names, points, error)
+      else
+        call list%open(command%points, online%model%parameter_names, error)
+      end if
+      if (allocated(error)) exit work
+      call prepare_answers(command, online, answers, error)
+      if (allocated(error)) exit work
+      if (command%at /= '') then
+        answers%points(:, :1) = points
+        answers%n_points = 1
+        call check_box(command, answers, error)
+      else
+        call next_block(command, list, answers, error)
+      end if
+      if (allocated(error)) exit work
+      if (command%has_fields) call fields%create(online, command%file, fields_folder(command%file, command%output), error)
+      if (allocated(error)) exit work
+      if (command%output == '') call say_when_ended('warning: ' // lines_missing, is_warning=.true.)
+      call table%open(command%output, error)
+      if (allocated(error)) exit work
+      call answer_blocks(command, list, answers, table, fields, is_stopped, error)
+    end block work
     if (.not. is_stopped) call fields%close(error)
     call table%close(error, is_dropped=is_stopped)
     if (is_stopped) then
@@ -113,40 +111,59 @@ contains
       call say_stopped(command)
     else if (.not. allocated(error)) then
       call warn_of_verdict(online)
-      call report_unanswered(block, exit_code)
-      call report_methods(command, block)
+      call report_unanswered(answers, exit_code)
+      call report_methods(command, answers)
       if (command%has_fields) call report_fields(command, online%model, fields)
     end if
     call list%close()
-    call block%destroy()
+    call answers%destroy()
   end subroutine predict_points
+
+  !> Prepares the model for queries, and the block for as many threads as --threads says, or as there are processors; for one with
+  !> --at. Errors: the model cannot answer.
+  subroutine prepare_answers(command, online, answers, error)
+    type(command_t), intent(in) :: command
+    type(online_model_t), intent(inout), target :: online
+    type(answer_block_t), intent(inout) :: answers
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: message
+    integer :: n_threads
+
+    n_threads = command%n_threads
+    if (n_threads == 0) n_threads = sig_processor_count()
+    if (command%at /= '') n_threads = 1
+    call online%prepare(message)
+    if (.not. allocated(message)) call answers%create(online, n_threads, block_size, message)
+    if (allocated(message)) call make_error(error, 'the model cannot answer: ' // message, command%file)
+  end subroutine prepare_answers
 
   !> Reads the next points of --points into the block and checks them by check_box; block%n_points is 0 at the end and always with
   !> --at. Errors: those of point_list_t%next, for example a line that is no point; that of check_box.
-  subroutine next_block(command, list, block, error)
+  subroutine next_block(command, list, answers, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
-    type(answer_block_t), intent(inout) :: block
+    type(answer_block_t), intent(inout) :: answers
     type(error_t), allocatable, intent(out) :: error
 
-    block%n_points = 0
+    answers%n_points = 0
     if (command%at /= '') return
-    call list%next(block%points, block%n_points, error)
-    if (.not. allocated(error)) call check_box(command, block, error)
+    call list%next(answers%points, answers%n_points, error)
+    if (allocated(error)) return
+    call check_box(command, answers, error)
   end subroutine next_block
 
   !> Checks with --strict that the points of the block lie in the trained box; does nothing without --strict. Errors: a point lies
   !> outside; the first one is named.
-  subroutine check_box(command, block, error)
+  subroutine check_box(command, answers, error)
     type(command_t), intent(in) :: command
-    type(answer_block_t), intent(in) :: block
+    type(answer_block_t), intent(in) :: answers
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
     if (.not. command%is_strict) return
-    do i = 1, block%n_points
-      if (block%online%is_inside_box(block%points(:, i))) cycle
-      call make_error(error, outside_text(block%online%model, block%points(:, i)), command%file)
+    do i = 1, answers%n_points
+      if (answers%online%is_inside_box(answers%points(:, i))) cycle
+      call make_error(error, outside_text(answers%online%model, answers%points(:, i)), command%file)
       return
     end do
   end subroutine check_box
@@ -156,11 +173,11 @@ contains
   !> does not depend on the number of threads. Warns at once of the first point outside of the trained box, and at the end of the
   !> number of these points (if there are several) and of points with several solutions. Errors: those of next_block; the table
   !> cannot be written.
-  subroutine answer_blocks(command, list, block, table, fields, is_stopped, error)
+  subroutine answer_blocks(command, list, answers, table, fields, is_stopped, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
     !> with the first points
-    type(answer_block_t), intent(inout) :: block
+    type(answer_block_t), intent(inout) :: answers
     type(output_stream_t), intent(inout) :: table
     type(predicted_fields_t), intent(inout) :: fields
     !> a signal came before the end; the lines of the last points may be missing
@@ -170,31 +187,32 @@ contains
 
     is_stopped = .false.
     n_outside = 0
-    call table%write_line(table_header(block%online%model), error)
-    do while (block%n_points > 0 .and. .not. allocated(error))
-      call block%answer()
+    call table%write_line(table_header(answers%online%model), error)
+    if (allocated(error)) return
+    do while (answers%n_points > 0)
+      call answers%answer()
       is_stopped = is_stop_requested()
       if (is_stopped) return
-      do i = 1, block%n_points
-        if (block%is_outside(i)) then
-          if (n_outside == 0) call log_warning(outside_text(block%online%model, block%points(:, i)) // &
+      do i = 1, answers%n_points
+        if (answers%is_outside(i)) then
+          if (n_outside == 0) call log_warning(outside_text(answers%online%model, answers%points(:, i)) // &
             '; an answer there is an extrapolation')
           n_outside = n_outside + 1
         end if
-        call table%write_line(block%line(i), error)
+        call table%write_line(answers%line(i), error)
         if (allocated(error)) return
-        call fields%add(block%points(:, i))
+        call fields%add(answers%points(:, i))
         is_stopped = is_stop_requested()
         if (is_stopped) return
       end do
-      call next_block(command, list, block, error)
+      call next_block(command, list, answers, error)
       if (allocated(error)) return
     end do
-    associate (n_several => sum(block%askers%n_several))
+    associate (n_several => sum(answers%askers%n_several))
       if (n_several > 0) call log_warning('the reduced problem has several solutions at ' // to_text(n_several) // ' of ' // &
-        to_text(sum(block%counts())) // ' points, where n_solutions is 2: the contact forces are less reliable there')
+        to_text(sum(answers%counts())) // ' points, where n_solutions is 2: the contact forces are less reliable there')
     end associate
-    if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(sum(block%counts())) // &
+    if (n_outside > 1) call log_warning(to_text(n_outside) // ' of ' // to_text(sum(answers%counts())) // &
       ' points lie outside the trained box; the first is named above')
   end subroutine answer_blocks
 
@@ -220,12 +238,12 @@ contains
 
   !> Warns of points without an answer, and sets exit_code to 3 if there are any. Counts all points that the block has answered
   !> since its create, not only those that it holds now.
-  subroutine report_unanswered(block, exit_code)
-    type(answer_block_t), intent(in) :: block
+  subroutine report_unanswered(answers, exit_code)
+    type(answer_block_t), intent(in) :: answers
     integer, intent(inout) :: exit_code
     integer :: counts(0:n_answer_methods)
 
-    counts = block%counts()
+    counts = answers%counts()
     if (counts(0) == 0) return
     exit_code = exit_not_converged
     call log_warning(to_text(counts(0)) // ' of ' // counted(sum(counts), 'point') // &
@@ -234,14 +252,14 @@ contains
 
   !> Logs the number of points by each method (`none` for those without an answer) and the path of the table; nothing if the table
   !> goes to the terminal.
-  subroutine report_methods(command, block)
+  subroutine report_methods(command, answers)
     type(command_t), intent(in) :: command
-    type(answer_block_t), intent(in) :: block
+    type(answer_block_t), intent(in) :: answers
     character(:), allocatable :: text
     integer :: counts(0:n_answer_methods), i
 
     if (command%output == '') return
-    counts = block%counts()
+    counts = answers%counts()
     text = ''
     do i = 0, n_answer_methods
       if (counts(i) > 0) text = text // ', ' // to_text(counts(i)) // ' by ' // method_name(i)

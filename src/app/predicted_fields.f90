@@ -84,7 +84,8 @@ contains
     self%online => online
     self%is_used = .true.
     call make_directories(folder, error)
-    if (.not. allocated(error)) call self%writer%create(online%model, everything, folder, error)
+    if (allocated(error)) return
+    call self%writer%create(online%model, everything, folder, error)
   end subroutine create
 
   !> Adds the fields of a point. A point without an answer, or where Hooke's matrix or an imposed strain is not finite, has none and

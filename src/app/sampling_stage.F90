@@ -3,7 +3,7 @@
 !> The first stage of a study: solves the deck's training points and candidates and keeps them in the results folder.
 module sig_sampling_stage
   use sig_accuracy_warnings, only: motion_warning
-  use sig_errors, only: error_t, exit_not_converged, exit_stopped, make_error
+  use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_greedy_record, only: training_points
   use sig_greedy_selection, only: select_points
   use sig_kinds, only: rk
@@ -26,6 +26,9 @@ module sig_sampling_stage
   !> range of dofs for read_own_snapshots: no displacements
   integer, parameter :: no_dofs(2) = [1, 0]
 
+  !> what a signal leaves behind
+  character(*), parameter :: finished_are_kept = 'the finished points are kept; run the same command again to go on'
+
 contains
 
   !> Solves the training points, or selects and solves them (greedy), and writes snapshots.h5; with clusters.target, and by greedy
@@ -44,22 +47,24 @@ contains
 
     ierr = 0
     session%has_plan = .true.
-    call need_training(session, error)
-    if (.not. allocated(error)) then
+    work: block
+      call need_training(session, error)
+      if (allocated(error)) exit work
       call announce_stiffness(session)
       PetscCall(session%load_study(error, ierr))
-    end if
-    if (allocated(error)) then
-      continue
-    else if (session%deck%greedy%is_used) then
-      PetscCall(select_points(session%full_order, session%folder, outcome, selection, error, ierr))
-    else
-      store = store_in(session%folder, snapshot_store)
-      PetscCall(sample(session%full_order, session%deck%training, store, outcome, error, ierr))
-    end if
-    call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder), error)
-    if (.not. (session%has_failed .or. session%exit_code == exit_stopped)) call warn_of_sampled_leans(session)
-    if (session%deck%clusters%target%is_used .and. .not. (session%has_failed .or. session%exit_code == exit_stopped)) then
+      if (allocated(error)) exit work
+      if (session%deck%greedy%is_used) then
+        PetscCall(select_points(session%full_order, session%folder, outcome, selection, error, ierr))
+      else
+        store = store_in(session%folder, snapshot_store)
+        PetscCall(sample(session%full_order, session%deck%training, store, outcome, error, ierr))
+      end if
+      if (allocated(error) .or. outcome%is_stopped) exit work
+      call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder))
+      call warn_of_sampled_leans(session)
+    end block work
+    call session%end_stage(error, outcome%is_stopped, finished_are_kept)
+    if (session%deck%clusters%target%is_used .and. session%may_go_on()) then
       PetscCall(sample_candidates(session, ierr))
     end if
   end subroutine sample_stage
@@ -83,7 +88,8 @@ contains
       call read_own_snapshots(problem, snapshots_path(session%folder), snapshots, error, no_dofs, points, is_missing)
     end associate
     ! the stage that needs the file will say what is wrong with it
-    if (.not. allocated(error)) call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, unused)
+    if (allocated(error)) return
+    call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, unused)
   end subroutine warn_of_sampled_leans
 
   !> Solves the candidates of clusters.target, at which the errors of local models are measured, and writes candidates.h5.
@@ -97,35 +103,28 @@ contains
 
     store = store_in(session%folder, candidate_store)
     PetscCall(sample(session%full_order, session%deck%clusters%target%candidates, store, outcome, error, ierr))
-    call tell_sampled(session, outcome, 'solved ' // counted(outcome%n_points, 'candidate') // ' (' // &
-      found_text(outcome) // '): ' // store%path(), error)
+    if (.not. (allocated(error) .or. outcome%is_stopped)) call tell_sampled(session, outcome, 'solved ' // &
+      counted(outcome%n_points, 'candidate') // ' (' // found_text(outcome) // '): ' // store%path())
+    call session%end_stage(error, outcome%is_stopped, finished_are_kept)
   end subroutine sample_candidates
 
-  !> Prints the error or logs how a sampling ended, and sets session%exit_code after an error, a signal, or if a point did not
-  !> converge (with a warning). Without an error or a signal it also warns if motion_warning has a text.
-  subroutine tell_sampled(session, outcome, text, error)
+  !> Logs the text of a sampling that came to its end. Warns if a point did not converge, and sets session%exit_code then; warns if
+  !> motion_warning has a text.
+  subroutine tell_sampled(session, outcome, text)
     type(session_t), intent(inout) :: session
     type(sampling_result_t), intent(in) :: outcome
-    !> text for a sampling that neither failed nor was stopped
     character(*), intent(in) :: text
-    type(error_t), allocatable, intent(in) :: error
     character(:), allocatable :: warning
 
-    if (allocated(error)) then
-      call session%fail(error)
-    else if (outcome%is_stopped) then
-      call session%stop('the finished points are kept; run the same command again to go on')
-    else
-      if (outcome%n_failed > 0) then
-        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point fails; ' &
-          // 'the same command tries these again, so change the deck first: loads or ranges, where loads pull a body off its ' // &
-          'contacts; otherwise the section solver, for example max_iterations or type')
-        session%exit_code = exit_not_converged
-      end if
-      warning = motion_warning(outcome%rotation, outcome%deformation)
-      if (warning /= '') call log_warning(warning)
-      call log_info(text)
+    if (outcome%n_failed > 0) then
+      call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point fails; ' // &
+        'the same command tries these again, so change the deck first: loads or ranges, where loads pull a body off its ' // &
+        'contacts; otherwise the section solver, for example max_iterations or type')
+      session%exit_code = exit_not_converged
     end if
+    warning = motion_warning(outcome%rotation, outcome%deformation)
+    if (warning /= '') call log_warning(warning)
+    call log_info(text)
   end subroutine tell_sampled
 
   !> Returns `sampled 31 points (12 were there): `. If the stiffness depends on the parameters, the brackets also contain the number

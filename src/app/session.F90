@@ -9,12 +9,14 @@ module sig_session
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
   use sig_error_broadcast, only: broadcast_error, broadcast_text
-  use sig_errors, only: error_list_t, error_report, error_t, exit_stopped, exit_success, make_error
+  use sig_errors, only: error_list_t, error_report, error_t, exit_not_converged, exit_stopped, exit_success, &
+    make_error
   use sig_file_system, only: directory_lock_t, lock_directory, make_directories, read_text_file, unlock_directory
   use sig_full_order, only: full_order_t
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info
   use sig_petsc_support, only: insert_petsc_options, max_over_ranks, options_unused_everywhere
+  use sig_problem, only: announce_plan
   use sig_signals, only: say_when_ended
   use sig_study_plan, only: plan_study
   use sig_text, only: string_t
@@ -34,7 +36,7 @@ module sig_session
     integer :: exit_code = exit_success
     !> fail was called, so no further stage may run
     logical :: has_failed = .false.
-    !> the planned solver was logged, or the sampling stage has run, which logs it where it solves points
+    !> announce_plan has logged the plan, or the sampling stage has run, which logs it where it solves points
     logical :: has_plan = .false.
     !> the command is run: the report keeps nothing of earlier commands
     logical :: is_whole_run = .false.
@@ -49,8 +51,11 @@ module sig_session
     procedure :: open
     procedure :: load_study
     procedure :: claim_folder
+    procedure :: announce_plan => announce_plan_once
     procedure :: fail
     procedure :: stop => stop_session
+    procedure :: end_stage
+    procedure :: may_go_on
     procedure :: close
   end type session_t
 
@@ -127,6 +132,17 @@ contains
     if (.not. (was_loaded .or. allocated(error))) call plan_study(self%full_order%problem)
   end subroutine load_study
 
+  !> Logs the plan for the points that a stage will solve (announce_plan), unless an earlier stage did. Requires: check_points
+  !> accepted the points.
+  subroutine announce_plan_once(self, points)
+    class(session_t), intent(inout) :: self
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+
+    if (.not. self%has_plan) call announce_plan(self%full_order%problem, points)
+    self%has_plan = .true.
+  end subroutine announce_plan_once
+
   !> Makes and locks the results folder of the deck; sets `folder`. Collective on all ranks.
   !>
   !> Errors are printed and set exit_code: the folder cannot be made or locked, for example because another command
@@ -137,10 +153,11 @@ contains
     type(error_t), allocatable :: error
 
     self%folder = self%deck%output%path
-    if (self%rank == 0) then
+    work: if (self%rank == 0) then
       call make_directories(self%folder, error)
-      if (.not. allocated(error)) call lock_directory(self%folder, self%lock, error)
-    end if
+      if (allocated(error)) exit work
+      call lock_directory(self%folder, self%lock, error)
+    end if work
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) call self%fail(error)
   end subroutine claim_folder
@@ -177,6 +194,30 @@ contains
     call log_info('stopped by a signal; ' // text)
     self%exit_code = exit_stopped
   end subroutine stop_session
+
+  !> Ends a stage that may have failed or been stopped: prints the error, as fail does, or says that a signal stopped the stage, as
+  !> stop does. Does nothing after a stage that came to its end. All ranks call it with the same arguments.
+  subroutine end_stage(self, error, is_stopped, text)
+    class(session_t), intent(inout) :: self
+    type(error_t), allocatable, intent(in) :: error
+    !> a signal stopped the work of the stage
+    logical, intent(in) :: is_stopped
+    !> what was kept or written before the signal
+    character(*), intent(in) :: text
+
+    if (allocated(error)) then
+      call self%fail(error)
+    else if (is_stopped) then
+      call self%stop(text)
+    end if
+  end subroutine end_stage
+
+  !> Whether the next stage may run. Errors and signals prevent this; points that did not converge do not.
+  pure logical function may_go_on(self)
+    class(session_t), intent(in) :: self
+
+    may_go_on = .not. self%has_failed .and. any(self%exit_code == [exit_success, exit_not_converged])
+  end function may_go_on
 
   !> Frees the problem and unlocks the results folder. Collective on all ranks.
   !>

@@ -3,6 +3,7 @@
 !> The stages train, validate and fields of a study. Training reads the snapshots from the results folder. Validation reads the
 !> model that training has written there, and so does the stage fields of the command run.
 module sig_study
+  use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: differing_setting
   use sig_enrichment_table, only: write_enrichment_table
   use sig_error_broadcast, only: broadcast_error
@@ -21,7 +22,7 @@ module sig_study
   use sig_model_file, only: read_model, write_model
   use sig_parameter_space, only: build_points
   use sig_point_checks, only: check_points
-  use sig_problem, only: announce_plan, problem_t
+  use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table
@@ -84,53 +85,66 @@ contains
     type(error_t), allocatable :: error
     real(rk) :: start
 
-    call need_training(session, error)
     ierr = 0
-    if (.not. allocated(error)) then
+    work: block
+      call need_training(session, error)
+      if (allocated(error)) exit work
       PetscCall(session%load_study(error, ierr))
-    end if
-    if (.not. allocated(error)) then
+      if (allocated(error)) exit work
       PetscCall(read_snapshots(session, session%full_order%problem, snapshots, selection, error, ierr))
-    end if
-    if (.not. allocated(error)) then
+      if (allocated(error)) exit work
       PetscCall(stop_if_asked(session, ierr))
-      if (session%exit_code == exit_stopped) return
-    end if
-    start = wall_time()
-    if (.not. allocated(error)) then
+      if (session%exit_code == exit_stopped) exit work
+      start = wall_time()
       PetscCall(build_model(session%full_order, session%folder, snapshots, model, refinement, error, ierr))
-      if (refinement%is_stopped) then
-        call session%stop('no model was written')
-        return
-      end if
-    end if
-    if (.not. allocated(error)) then
+      if (allocated(error) .or. refinement%is_stopped) exit work
       PetscCall(describe_problem(session%full_order%problem, report, ierr))
-      call report_snapshots(session%deck, snapshots, report)
-      call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, report)
-      call warn_of_residuals(pack(snapshots%residuals(1, :), snapshots%reasons == reason_converged), report)
-      if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
-      call report_model(model, report)
-      if (size(refinement%rounds) > 0) call report_refinement(refinement%rounds, refinement%best_round, &
-        refinement%is_reached, refinement%ending, report)
+      call report_training(session, snapshots, selection, model, refinement, report)
       call report%add('times/train', wall_time() - start)
-      if (session%rank == 0) then
-        if (session%deck%reduction%has_fields) call keep_fields(session%full_order%problem, model, error)
-        if (.not. allocated(error)) call write_model(model_path(session), model, error)
-        if (.not. allocated(error)) call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
-        if (size(refinement%rounds) > 0 .and. .not. allocated(error)) call write_refinement_table(refinement%rounds, &
-          session%folder // '/refinement.csv', error)
-      end if
+      if (session%rank == 0) call write_training(session, refinement, model, error)
       PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
-    end if
-    if (allocated(error)) then
-      call session%fail(error)
-      return
-    end if
-    PetscCall(write_report(session, [train_keys, model_keys, error_keys], report, ierr))
-    call log_info('trained ' // model_text(model) // ': ' // model_path(session))
-    if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
+      if (allocated(error)) exit work
+      PetscCall(write_report(session, [train_keys, model_keys, error_keys], report, ierr))
+      call log_info('trained ' // model_text(model) // ': ' // model_path(session))
+      if (any(snapshots%reasons /= reason_converged)) session%exit_code = exit_not_converged
+    end block work
+    call session%end_stage(error, refinement%is_stopped, 'no model was written')
   end subroutine train_stage
+
+  !> Adds what training found to the report, and gives the warnings of the snapshots. Local.
+  subroutine report_training(session, snapshots, selection, model, refinement, report)
+    type(session_t), intent(inout) :: session
+    type(snapshot_set_t), intent(in) :: snapshots
+    type(selection_t), intent(in) :: selection
+    type(model_t), intent(in) :: model
+    type(refinement_result_t), intent(in) :: refinement
+    type(run_report_t), intent(inout) :: report
+
+    call report_snapshots(session%deck, snapshots, report)
+    call warn_of_leans(session, snapshots%multipliers, snapshots%reasons, report)
+    call warn_of_residuals(pack(snapshots%residuals(1, :), snapshots%reasons == reason_converged), report)
+    if (session%deck%greedy%is_used) call report_selection(session%deck, selection, report)
+    call report_model(model, report)
+    if (size(refinement%rounds) > 0) call report_refinement(refinement%rounds, refinement%best_round, refinement%is_reached, &
+      refinement%ending, report)
+  end subroutine report_training
+
+  !> Writes model.h5, with fields if the deck wants them, enrichment.csv and, after a refinement, refinement.csv. Local. Errors:
+  !> those of keep_fields; a file cannot be written.
+  subroutine write_training(session, refinement, model, error)
+    type(session_t), intent(in) :: session
+    type(refinement_result_t), intent(in) :: refinement
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(out) :: error
+
+    if (session%deck%reduction%has_fields) call keep_fields(session%full_order%problem, model, error)
+    if (allocated(error)) return
+    call write_model(model_path(session), model, error)
+    if (allocated(error)) return
+    call write_enrichment_table(model, session%folder // '/enrichment.csv', error)
+    if (allocated(error) .or. size(refinement%rounds) == 0) return
+    call write_refinement_table(refinement%rounds, session%folder // '/refinement.csv', error)
+  end subroutine write_training
 
   !> Adds the mesh and the stress maps for fields to the model, and warns if the model cannot answer fields all the same. Local.
   !> Errors: those of create_field_map.
@@ -202,32 +216,40 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    if (.not. session%deck%has_test) then
-      call make_error(error, 'the deck has no test section; it must name the points to validate at', session%deck%path, &
-        hint='for example: test: {sobol: 50, seed: 1}')
-    else
-      call build_points(session%deck%test, session%deck%parameters, points, error)
-    end if
-    if (allocated(error)) then
-      call session%fail(error)
-      return
-    end if
-    PetscCall(session%load_study(error, ierr))
-    associate (problem => session%full_order%problem)
-      if (.not. allocated(error)) call check_points(problem, points, error)
-      if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(problem, points)
-      session%has_plan = .true.
-      if (.not. allocated(error)) call read_own_model(session, problem, model, error)
-      if (.not. allocated(error)) then
+    work: block
+      call build_test_points(session%deck, points, error)
+      if (allocated(error)) exit work
+      PetscCall(session%load_study(error, ierr))
+      if (allocated(error)) exit work
+      associate (problem => session%full_order%problem)
+        call check_points(problem, points, error)
+        if (allocated(error)) exit work
+        call session%announce_plan(points)
+        call read_own_model(session, problem, model, error)
+        if (allocated(error)) exit work
         PetscCall(session%full_order%team_for(problem%deck%test%n_groups, size(points, 2), team, ierr))
         PetscCall(validate(problem, team, model, points, session%has_benchmark, outcome, error, ierr))
-      end if
-      if (.not. allocated(error)) then
-        PetscCall(keep_validation(session, model, outcome, report, error, ierr))
-      end if
-    end associate
-    if (allocated(error)) call session%fail(error)
+        if (allocated(error) .or. outcome%is_stopped) exit work
+      end associate
+      PetscCall(keep_validation(session, model, outcome, report, error, ierr))
+    end block work
+    call session%end_stage(error, outcome%is_stopped, 'nothing was written')
   end subroutine validate_stage
+
+  !> Builds the test points of the deck. Errors: it has none; those of build_points.
+  subroutine build_test_points(deck, points, error)
+    type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, n_points)
+    real(rk), allocatable, intent(out) :: points(:, :)
+    type(error_t), allocatable, intent(out) :: error
+
+    if (.not. deck%has_test) then
+      call make_error(error, 'the deck has no test section; it must name the points to validate at', deck%path, &
+        hint='for example: test: {sobol: 50, seed: 1}')
+      return
+    end if
+    call build_points(deck%test, deck%parameters, points, error)
+  end subroutine build_test_points
 
   subroutine keep_validation(session, model, outcome, report, error, ierr)
     type(session_t), intent(inout) :: session
@@ -238,20 +260,16 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(verdict_t) :: verdict
 
-    ierr = 0
-    if (outcome%is_stopped) then
-      call session%stop('nothing was written')
-      return
-    end if
     PetscCall(describe_problem(session%full_order%problem, report, ierr))
     call report_model(model, report)
     verdict = judge_validation(outcome, session%deck%validation)
     call report_validation(session%deck, session%full_order%problem%plan%type, outcome, verdict, report)
     call keep_statistics(outcome, verdict, model)
-    if (session%rank == 0) then
+    work: if (session%rank == 0) then
       call write_validation_table(session%deck, outcome, session%folder // '/validation.csv', error)
-      if (.not. allocated(error)) call write_model(model_path(session), model, error)
-    end if
+      if (allocated(error)) exit work
+      call write_model(model_path(session), model, error)
+    end if work
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
     PetscCall(write_report(session, [model_keys, error_keys], report, ierr))
@@ -293,40 +311,48 @@ contains
     type(model_t) :: model
     type(solved_points_t) :: solved
     type(error_t), allocatable :: error
-    integer :: n_solved
 
     call announce_stiffness(session)
-    PetscCall(session%full_order%load(session%deck, error, ierr))
-    if (.not. allocated(error)) call check_points(session%full_order%problem, points, error)
-    if (.not. (allocated(error) .or. session%has_plan)) call announce_plan(session%full_order%problem, points)
-    session%has_plan = .true.
-    if (has_model .and. .not. allocated(error)) call read_own_model(session, session%full_order%problem, model, error)
-    if (.not. allocated(error)) then
-      PetscCall(session%full_order%ready_team(team, ierr))
-      if (has_model) then
-        PetscCall(write_fields(session%full_order%problem, team, points, session%folder, solved, error, ierr, model))
-      else
-        PetscCall(write_fields(session%full_order%problem, team, points, session%folder, solved, error, ierr))
-      end if
-    end if
-    if (allocated(error)) then
-      call session%fail(error)
-      return
-    else if (solved%is_stopped) then
-      call session%stop('no fields were written')
-      return
-    end if
-    PetscCall(describe_problem(session%full_order%problem, report, ierr))
-    call report_fields(session%full_order%problem, points, solved, report)
-    call warn_of_leans(session, multipliers_of(solved, session%full_order%problem%rows%n_rows), solved%states%reason, report)
-    PetscCall(write_report(session, field_keys, report, ierr))
+    work: block
+      PetscCall(session%full_order%load(session%deck, error, ierr))
+      if (allocated(error)) exit work
+      associate (problem => session%full_order%problem)
+        call check_points(problem, points, error)
+        if (allocated(error)) exit work
+        call session%announce_plan(points)
+        if (has_model) call read_own_model(session, problem, model, error)
+        if (allocated(error)) exit work
+        PetscCall(session%full_order%ready_team(team, ierr))
+        if (has_model) then
+          PetscCall(write_fields(problem, team, points, session%folder, solved, error, ierr, model))
+        else
+          PetscCall(write_fields(problem, team, points, session%folder, solved, error, ierr))
+        end if
+        if (allocated(error) .or. solved%is_stopped) exit work
+        PetscCall(describe_problem(problem, report, ierr))
+        call report_fields(problem, points, solved, report)
+        call warn_of_leans(session, multipliers_of(solved, problem%rows%n_rows), solved%states%reason, report)
+      end associate
+      PetscCall(write_report(session, field_keys, report, ierr))
+      call tell_fields(session, solved, size(points, 2))
+    end block work
+    call session%end_stage(error, solved%is_stopped, 'no fields were written')
+  end subroutine fields_stage
+
+  !> Logs at how many points there are fields, and warns if some point has none; then the exit code is that of "not converged".
+  subroutine tell_fields(session, solved, n_points)
+    type(session_t), intent(inout) :: session
+    type(solved_points_t), intent(in) :: solved
+    integer, intent(in) :: n_points
+    integer :: n_solved
+
     n_solved = count(solved%states%reason == reason_converged)
     call log_info('fields at ' // counted(n_solved, 'point') // ': ' // session%folder // '/fields.xdmf' // &
       accuracy_text(session%deck, pack(solved%states%residuals, solved%states%reason == reason_converged)))
-    if (n_solved == size(points, 2)) return
-    call log_warning('the files have no fields for ' // counted(size(points, 2) - n_solved, 'point') // ' that did not converge')
+    if (n_solved == n_points) return
+    call log_warning('the files have no fields for ' // counted(n_points - n_solved, 'point') // ' that did not converge')
     session%exit_code = exit_not_converged
-  end subroutine fields_stage
+  end subroutine tell_fields
 
   !> Returns the contact forces of solved points [force], shape (n_rows, n_points); 0 at points that did not converge.
   pure function multipliers_of(solved, n_rows) result(multipliers)

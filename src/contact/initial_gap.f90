@@ -45,8 +45,10 @@ contains
           shape%name = 'gap of contact[' // to_text(i_entry) // '], ' // contact(i_entry)%obstacle%type // ','
           if (len(shape%text) > max_composed) call make_error(error, 'the expressions of this obstacle are too long', deck_path, &
             shape%line, shape%column, 'shorten them; the gap of a sphere contains its center and radius several times')
-          if (.not. allocated(error)) call add_gap(mesh, members, shift, deck_path, terms, pairs, error)
-          if (.not. allocated(error)) call add_gap(mesh, members, shape, deck_path, terms, pairs, error)
+          if (allocated(error)) return
+          call add_gap(mesh, members, shift, deck_path, terms, pairs, error)
+          if (allocated(error)) return
+          call add_gap(mesh, members, shape, deck_path, terms, pairs, error)
         else
           call add_gap(mesh, members, contact(i_entry)%initial_gap, deck_path, terms, pairs, error)
         end if

@@ -117,7 +117,8 @@ contains
       if (is_swapped) call swap_sides(entries(i_entry))
       more%terms = terms
       call build_rows(mesh, model, entries, i_entry, deck_path, is_prescribed, is_swapped, more, failure)
-      if (.not. allocated(failure)) call find_conflict(mesh, contact, is_prescribed, rows, more%rows, speaks_against)
+      if (allocated(failure)) return
+      call find_conflict(mesh, contact, is_prescribed, rows, more%rows, speaks_against)
     end subroutine try_order
   end subroutine add_mortar_rows
 

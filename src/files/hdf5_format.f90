@@ -47,12 +47,17 @@ contains
     logical :: is_sealed
 
     version = 0
-    ! a damaged file may crash HDF5
-    call check_seal(path, is_sealed, error)
-    if (.not. allocated(error)) call file%open(path, error)
-    call check_format(file, path, name, versions, hint, version, error)
-    if (.not. (is_sealed .or. allocated(error))) call make_error(error, &
-      'the file does not begin with a checksum, so its content cannot be trusted', file=path, hint=hint)
+    work: block
+      ! a damaged file may crash HDF5
+      call check_seal(path, is_sealed, error)
+      if (allocated(error)) exit work
+      call file%open(path, error)
+      if (allocated(error)) exit work
+      call check_format(file, path, name, versions, hint, version, error)
+      if (allocated(error)) exit work
+      if (.not. is_sealed) call make_error(error, 'the file does not begin with a checksum, so its content cannot be trusted', &
+        file=path, hint=hint)
+    end block work
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 
@@ -77,7 +82,8 @@ contains
     found = ''
     if (allocated(error)) return
     if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', found, error)
-    if (.not. allocated(error) .and. found == name) call file%read_attribute('/', 'format_version', version, error)
+    if (allocated(error)) return
+    if (found == name) call file%read_attribute('/', 'format_version', version, error)
     if (allocated(error)) return
     if (found == '') then
       call make_error(error, 'this HDF5 file is no ' // name, path, hint=hint)

@@ -66,8 +66,8 @@ contains
     self%is_sealed = .false.
     if (present(is_sealed)) self%is_sealed = is_sealed
     call find_target(path, self%path, error)
-    if (.not. allocated(error)) &
-      call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
+    if (allocated(error)) return
+    call create_hdf5(path, self%path // '.partial', merge(seal_size, 0, self%is_sealed), self%handle, error)
   end subroutine create
 
   !> Closes the file. If no write failed, the file is written to the disk and gets its seal, if `create` was told so, and then
@@ -79,12 +79,17 @@ contains
     integer(c_int) :: code
 
     if (.not. c_associated(self%handle)) return
-    if (allocated(self%error)) call move_alloc(self%error, error)
     code = sig_h5_close(self%handle)
     self%handle = c_null_ptr
-    if (code /= 0 .and. .not. allocated(error)) call make_error(error, 'cannot write the file; is the disk full?', file=self%path)
-    if (self%is_sealed .and. .not. allocated(error)) call seal_file(self%path // '.partial', error)
-    if (.not. allocated(error)) call commit(self%path, error)
+    work: block
+      if (allocated(self%error)) call move_alloc(self%error, error)
+      if (allocated(error)) exit work
+      if (code /= 0) call make_error(error, 'cannot write the file; is the disk full?', file=self%path)
+      if (allocated(error)) exit work
+      if (self%is_sealed) call seal_file(self%path // '.partial', error)
+      if (allocated(error)) exit work
+      call commit(self%path, error)
+    end block work
     if (allocated(error)) call remove_partial(self%path)
   end subroutine close_file
 

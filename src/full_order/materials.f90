@@ -115,7 +115,8 @@ contains
 
     n = 0
     call build_points(point_set, deck%parameters, points, error)
-    if (.not. allocated(error)) n = per_stiffness(deck, terms, points)
+    if (allocated(error)) return
+    n = per_stiffness(deck, terms, points)
   end function n_points_of
 
   integer function per_stiffness(deck, terms, points) result(n)

@@ -102,7 +102,8 @@ contains
     integer :: i_group
 
     call find_name(mesh, boundary, 0, mesh%n_dim - 1, 'boundary', deck_path, i_group, error)
-    if (.not. allocated(error)) nodes = mesh%groups(i_group)%nodes
+    if (allocated(error)) return
+    nodes = mesh%groups(i_group)%nodes
   end subroutine nodes_of_boundary
 
   !> Finds the nodes of a zone of interest, ascending: those of its boundary that lie in its window, or all without a window.

@@ -38,11 +38,12 @@ contains
 
     model = mechanical_model(config%model)
     PetscCallMPI(MPI_Comm_rank(comm, rank, ierr))
-    if (rank == 0) then
+    work: if (rank == 0) then
       call read_mesh(config%path, model%n_dim, length_factor, mesh, error)
       if (allocated(error)) call blame_deck(config, deck_path, error)
-      if (model%is_round .and. .not. allocated(error)) call check_radii(mesh, config%path, error)
-    end if
+      if (allocated(error)) exit work
+      if (model%is_round) call check_radii(mesh, config%path, error)
+    end if work
     PetscCall(broadcast_error(error, comm, ierr))
     if (allocated(error)) return
     PetscCall(broadcast_mesh(mesh, comm, ierr))

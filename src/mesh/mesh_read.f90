@@ -34,7 +34,8 @@ contains
     if (allocated(error)) return
     mesh%file_hash = raw%hash
     call orient_cells(mesh, path, error)
-    if (.not. allocated(error)) call check_boundary(mesh, path, error)
+    if (allocated(error)) return
+    call check_boundary(mesh, path, error)
   end subroutine read_mesh
 
   !> Checks that something besides regions has a name: supports, loads and contacts need it. Errors: there are only regions.

@@ -50,8 +50,10 @@ contains
     if (allocated(error)) return
     if (present(length_factor) .and. allocated(raw%coordinates)) raw%coordinates = length_factor * raw%coordinates
     call place_values(mesh, raw, strain%field, deck_path, field%values, error)
-    if (.not. allocated(error)) call check_places(mesh, raw, strain%field, deck_path, error)
-    if (.not. allocated(error)) call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
+    if (allocated(error)) return
+    call check_places(mesh, raw, strain%field, deck_path, error)
+    if (allocated(error)) return
+    call check_region(mesh, i_group, raw, field%values, strain%field, deck_path, error)
   end subroutine read_nodal_field
 
   !> Assigns the values of the file to the nodes of the mesh, the first one if a node has several. Errors: a value at a node that

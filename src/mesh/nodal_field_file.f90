@@ -72,8 +72,9 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
 
-    call file%open(config%path, error)
-    if (.not. allocated(error)) then
+    work: block
+      call file%open(config%path, error)
+      if (allocated(error)) exit work
       if (file%has('/' // config%name%text)) then
         call file%read(tags_name, field%tags, error)
         call file%read('/' // config%name%text, field%values, error)
@@ -84,7 +85,7 @@ contains
       else
         call refuse_name(config, deck_path, 'has no field ''' // config%name%text // '''', error)
       end if
-    end if
+    end block work
     call file%close()
     if (allocated(error)) return
     if (size(field%tags) /= size(field%values)) call refuse_name(config, deck_path, 'has ' // to_text(size(field%values)) // &

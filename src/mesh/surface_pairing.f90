@@ -208,7 +208,8 @@ contains
     real(rk) :: largest_gap
 
     call check_weights(mesh, surfaces, surfaces%entry%first, surfaces%first_facets, error)
-    if (.not. allocated(error)) call check_weights(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, error)
+    if (allocated(error)) return
+    call check_weights(mesh, surfaces, surfaces%entry%second, surfaces%second_facets, error)
     if (allocated(error)) return
     if (surfaces%entry%has_obstacle) then
       call pair_with_obstacle(mesh, surfaces, pairing, error)
@@ -226,7 +227,8 @@ contains
         end if
         i_second = nearest_along(mesh, first, surfaces%second_nodes, candidates, normal)
         call check_facing(mesh, surfaces, i, i_second, error)
-        if (.not. allocated(error)) call claim_nodes(mesh, surfaces, i, surfaces%second_nodes(i_second), pairing, error)
+        if (allocated(error)) return
+        call claim_nodes(mesh, surfaces, i, surfaces%second_nodes(i_second), pairing, error)
         if (allocated(error)) return
         largest_gap = max(largest_gap, gap_of_pair(mesh, first, surfaces%second_nodes(i_second), normal))
       end associate

@@ -146,12 +146,19 @@ contains
     call open_sealed(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
       model%format_version, error)
     if (allocated(error)) return
-    call read_header(file, path, model, error)
-    if (.not. allocated(error)) call read_problem(file, path, model, error)
-    if (.not. allocated(error)) call read_parts(file, path, model, error)
-    if (.not. allocated(error)) call model%choice%read(file, path, model%box, error)
-    call read_validation(file, model%validation, error)
-    call read_fields(file, path, model, error)
+    work: block
+      call read_header(file, path, model, error)
+      if (allocated(error)) exit work
+      call read_problem(file, path, model, error)
+      if (allocated(error)) exit work
+      call read_parts(file, path, model, error)
+      if (allocated(error)) exit work
+      call model%choice%read(file, path, model%box, error)
+      if (allocated(error)) exit work
+      call read_validation(file, model%validation, error)
+      if (allocated(error)) exit work
+      call read_fields(file, path, model, error)
+    end block work
     call file%close()
     if (allocated(error)) return
     if (find_mismatch(model) /= '') then

@@ -53,7 +53,8 @@ contains
     end do
     call read_points(point_set%path, names, points, error, transpose(reshape([parameters%minimum, parameters%maximum], &
       [size(parameters), 2])))
-    if (.not. allocated(error)) call drop_repeats(point_set%path, points)
+    if (allocated(error)) return
+    call drop_repeats(point_set%path, points)
   end subroutine build_points
 
   !> Keeps the first of equal points (point_index), and warns if it left points out.

@@ -250,14 +250,16 @@ contains
     if (present(is_missing)) is_missing = .true.
     call open_sealed(file, path, format_name, [format_version, format_version], sample_hint, version, error)
     if (allocated(error)) return
-    call read_small_parts(file, path, provenance, set, error)
-    if (.not. allocated(error)) then
+    work: block
+      call read_small_parts(file, path, provenance, set, error)
+      if (allocated(error)) exit work
       numbers = [(i, i=1, size(set%reasons))]
       if (present(points)) call take_points(set, points, is_missing, numbers)
       call read_displacement(file, numbers, set, error, dofs)
-    end if
+    end block work
     call file%close()
-    if (.not. allocated(error)) call refuse_no_numbers(path, set, error)
+    if (allocated(error)) return
+    call refuse_no_numbers(path, set, error)
   end subroutine read_snapshot_set
 
   !> Reads all datasets but the displacements, of which it reads the number of dofs.

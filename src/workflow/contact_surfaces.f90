@@ -100,7 +100,8 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call remove_file(folder // '/contact.xdmf', error)
-    if (.not. allocated(error)) call remove_file(folder // '/contact.h5', error)
+    if (allocated(error)) return
+    call remove_file(folder // '/contact.h5', error)
   end subroutine remove_old_files
 
   !> Builds self%mesh from the facets of the model's field map. Each contact entry has its own copies of its nodes, in ascending

@@ -141,7 +141,8 @@ contains
     integer :: i
 
     call describe_problem(problem, header, error)
-    if (.not. allocated(error)) call writer%create(header, problem%deck%output, folder, error)
+    if (allocated(error)) return
+    call writer%create(header, problem%deck%output, folder, error)
     if (allocated(error)) return
     if (present(model)) then
       online%model = model

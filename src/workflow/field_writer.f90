@@ -48,7 +48,8 @@ contains
     self%wanted = wanted
     call self%file%create(folder // '/fields.h5', mesh_of(model), model%length_unit, model%parameter_names, &
       model%parameter_units, error)
-    if (.not. allocated(error)) call self%surfaces%create(model, wanted%has_contact, folder, error)
+    if (allocated(error)) return
+    call self%surfaces%create(model, wanted%has_contact, folder, error)
     if (allocated(error)) return
     call write_side(model%fields%rows, .false., 'contact/first', self%file)
     call write_side(model%fields%rows, .true., 'contact/second', self%file)
@@ -194,6 +195,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     call self%file%close(error)
-    if (.not. allocated(error)) call self%surfaces%close(error)
+    if (allocated(error)) return
+    call self%surfaces%close(error)
   end subroutine close_files
 end module sig_field_writer

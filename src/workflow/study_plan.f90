@@ -61,7 +61,8 @@ contains
 
     n = 0
     call build_points(point_set, deck%parameters, points, error)
-    if (.not. allocated(error)) n = size(points, 2)
+    if (allocated(error)) return
+    n = size(points, 2)
   end function n_points_of
 
   !> Whether all ranks together make the responses sooner than each rank alone makes all of them. Alone, each solves its share of

@@ -719,6 +719,13 @@ PLANTED = [
         "one thread more than is allowed",
         "integration.test_predict",
     ),
+    Planted(
+        SRC + "app/session.F90",
+        "    else if (is_stopped) then\n      call self%stop(text)\n",
+        "",
+        "a stage that a signal stopped looks finished",
+        "integration.test_restart",
+    ),
     # the set-up before it is solved
     Planted(
         SRC + "output/cell_collection.f90",

@@ -54,8 +54,9 @@ contains
       return
     end if
     PetscCall(snapshot_lengths(snapshots, PETSC_COMM_WORLD, lengths, ierr))
-    call check_snapshots(lengths, model%parameter_names, snapshots%parameters, error)
-    if (.not. allocated(error)) then
+    work: block
+      call check_snapshots(lengths, model%parameter_names, snapshots%parameters, error)
+      if (allocated(error)) exit work
       PetscCall(warn_of_identical(deck, snapshots, lengths, ierr))
       PetscCall(snapshot_coordinates(snapshots, PETSC_COMM_WORLD, coordinates, ierr))
       if (deck%clusters%method == 'regular') then
@@ -63,7 +64,7 @@ contains
       else
         PetscCall(divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr))
       end if
-    end if
+    end block work
     if (.not. allocated(error)) return
     if (len(error%file) == 0) error%file = deck%path
   end subroutine divide_snapshots

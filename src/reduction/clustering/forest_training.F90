@@ -75,10 +75,11 @@ contains
     labels_path = deck%output%path // '/labels.csv'
     forest_path = deck%output%path // '/forest.h5'
     call MPI_Comm_rank(comm, rank, ierr)
-    if (rank == 0) then
+    work: if (rank == 0) then
       call write_text_file(labels_path, label_table(parameter_names(deck), points, labels), error)
-      if (.not. allocated(error)) call run_tool(labels_path, forest_path, deck%clusters%seed, error)
-    end if
+      if (allocated(error)) exit work
+      call run_tool(labels_path, forest_path, deck%clusters%seed, error)
+    end if work
     PetscCall(broadcast_error(error, comm, ierr))
     if (allocated(error)) return
     call read_forest(forest_path, parameter_names(deck), forest, error)

@@ -88,7 +88,8 @@ contains
     candidates = distinct_columns(pack_columns(sets))
     call find_medoids(differences(sets(:, candidates)), min(n_groups, size(candidates)), k_medoids_options_t(n_starts=1), found, &
       error)
-    if (.not. allocated(error)) group_of_set = nearest_sets(sets, candidates(found%medoids))
+    if (allocated(error)) return
+    group_of_set = nearest_sets(sets, candidates(found%medoids))
   end subroutine group_sets
 
   !> Returns the numbers, ascending, of the columns that differ from all columns before them.

@@ -192,7 +192,8 @@ contains
     cluster%n_pod_modes = modes%n_domain
     cluster%n_extra_modes = modes%n_extra
     call build_system(problem, snapshots, domain, moved_nodes, modes%vectors, cluster, error)
-    if (.not. allocated(error)) call need_unknowns(problem, cluster, error)
+    if (allocated(error)) return
+    call need_unknowns(problem, cluster, error)
     if (allocated(error)) return
     if (snapshots%n_snapshots() == 1) call append_text(cluster%warnings, 'trained on one snapshot: the model knows no other ' // &
       'state than that of its training point; take more training points')

@@ -50,13 +50,14 @@ contains
       PetscCall(decompose_contact_parts(snapshots, snapshots%free_response, terms_at(problem, snapshots), is_normalized, comm, pod, ierr))
     end associate
     modes%singular_values = pod%singular_values
-    call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
-    if (available_modes(modes%singular_values) == 0) then
-      PetscCall(explain_no_modes(snapshots, problem%deck%path, comm, error, ierr))
-    end if
-    if (.not. allocated(error)) then
+    work: block
+      call count_modes(problem%deck%reduction, problem%deck%path, modes, error)
+      if (available_modes(modes%singular_values) == 0) then
+        PetscCall(explain_no_modes(snapshots, problem%deck%path, comm, error, ierr))
+      end if
+      if (allocated(error)) exit work
       PetscCall(pod%left_vectors(modes%n_domain + modes%n_extra, modes%vectors, ierr))
-    end if
+    end block work
     PetscCall(pod%destroy(ierr))
   end subroutine compute_modes
 

@@ -115,8 +115,11 @@ contains
     real(rk), allocatable :: lengths(:)
 
     PetscCall(snapshot_lengths(snapshots, PETSC_COMM_WORLD, lengths, ierr))
-    if (problem%deck%clusters%method == 'regular') call need_whole_grid(problem%deck, size(lengths), error)
-    if (.not. allocated(error)) call check_snapshots(lengths, snapshots%parameter_names, snapshots%parameters, error)
+    work: block
+      if (problem%deck%clusters%method == 'regular') call need_whole_grid(problem%deck, size(lengths), error)
+      if (allocated(error)) exit work
+      call check_snapshots(lengths, snapshots%parameter_names, snapshots%parameters, error)
+    end block work
     if (.not. allocated(error)) return
     if (len(error%file) == 0) error%file = problem%deck%path
   end subroutine check_start

@@ -120,15 +120,16 @@ contains
     allocate (is_done(size(points, 2)), source=.false.)
     call MPI_Comm_rank(PETSC_COMM_WORLD, rank, ierr)
     n_dofs = 0
-    if (rank == 0) call collect_snapshots(problem, store, points, records, is_missing, n_dofs, error)
-    if (rank == 0 .and. .not. allocated(error)) then
+    work: if (rank == 0) then
+      call collect_snapshots(problem, store, points, records, is_missing, n_dofs, error)
+      if (allocated(error)) exit work
       i_column = 0
       do i = 1, size(points, 2)
         if (is_missing(i)) cycle
         i_column = i_column + 1
         is_done(i) = records(i_column)%reason == reason_converged
       end do
-    end if
+    end if work
     shards = store%shards()
     is_merged = size(shards) == 0 .and. all(is_done)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))

@@ -81,14 +81,12 @@ contains
     if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
     do while (selection%stopped_by == '')
       PetscCall(solve_new_points(rounds, folder, outcome, selection, error, ierr))
-      if (allocated(error) .or. outcome%is_stopped) exit
+      if (allocated(error) .or. outcome%is_stopped) return
       PetscCall(choose_new_points(rounds, candidates, selection, error, ierr))
-      if (allocated(error)) exit
+      if (allocated(error)) return
     end do
-    if (.not. (allocated(error) .or. outcome%is_stopped)) then
-      if (rounds%sampler%team%groups%world_rank == 0) call put_in_order(rounds%problem, rounds%store, selection%points, error)
-      PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
-    end if
+    if (rounds%sampler%team%groups%world_rank == 0) call put_in_order(rounds%problem, rounds%store, selection%points, error)
+    PetscCall(keep_selection(rounds%problem, folder, selection, rounds%sampler%team%groups%world_rank == 0, error, ierr))
   end subroutine select_by_defect
 
   !> Returns why the defect is no bound, as the words behind `because`. If the stiffness is fixed, it names all possible reasons

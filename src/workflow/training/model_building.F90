@@ -293,7 +293,8 @@ contains
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
     PetscCall(read_spread(problem, store, points, candidates, is_missing, error, ierr))
-    if (any(is_missing) .and. .not. allocated(error)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // &
+    if (allocated(error)) return
+    if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // &
       ' of the ' // counted(size(is_missing), 'candidate') // ' of the deck', store%path(), hint=hint)
   end subroutine read_candidates
 end module sig_model_building
