@@ -4,8 +4,7 @@
 
 Fails on a missing SPDX line, and in Fortran on: `use` without `only` (petsc, slepc and the test frameworks apart), a
 local ierr, a PETSc macro behind a one-line if, a PETSc macro on several lines, a stop outside main, bind(c) outside its
-homes, a line over 132 characters that has no PETSc macro. Tests may have a local ierr, stop and bind(c). Lists Fortran
-and C files above 400 lines and Fortran procedures above 60 without failing.
+homes, a line over 132 characters that has no PETSc macro. Tests may have a local ierr, stop and bind(c).
 """
 
 import re
@@ -14,15 +13,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-MAX_LINE, MAX_FILE, MAX_PROCEDURE = 132, 400, 60
+MAX_LINE = 132
 FORTRAN = {".f90", ".F90", ".pf"}
 SOURCES = FORTRAN | {".c", ".h"}
 MACRO = r"(?:PetscCall\w*|SlepcCall\w*|SETERR\w*|CHKERR\w*|SIG_CHECK\w*)\s*\("
 STRING = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"")
 FREE_USES = re.compile(r"^\s*use\s+(petsc|slepc|funit|pfunit)\s*$", re.IGNORECASE)
 BIND_HOMES = re.compile(r"(_c_interfaces\.f90|/c_api_\w+\.f90|/petsc_support\.F90|include/signorom\.f90)$")
-PREFIX = r"(?:pure|elemental|impure|recursive|module|logical|integer|real|character|type)\b(?:\(.*?\))?"
-PROCEDURE = re.compile(rf"^\s*(?:{PREFIX}\s+)*(subroutine|function)\s+(\w+)", re.IGNORECASE)
 
 
 @dataclass
@@ -90,29 +87,6 @@ def check_fortran(path, lines):
                 yield Finding(path, number, text)
 
 
-def long_procedures(path, lines):
-    """Yields a finding for each procedure of more than MAX_PROCEDURE lines.
-
-    The procedures that it contains count as its lines. Headings in interfaces are no procedures.
-    """
-    starts = []
-    is_in_interface = False
-    for number, line in enumerate(lines, start=1):
-        code = code_of(line)
-        if has(r"^\s*(abstract\s+)?interface\b", code):
-            is_in_interface = True
-        elif has(r"^\s*end\s*interface\b", code):
-            is_in_interface = False
-        elif is_in_interface:
-            continue
-        elif match := PROCEDURE.match(code):
-            starts.append((number, match.group(2)))
-        elif has(r"^\s*end\s*(subroutine|function)\b", code) and starts:
-            start, name = starts.pop()
-            if number - start + 1 > MAX_PROCEDURE:
-                yield Finding(path, start, f"{name} has {number - start + 1} lines")
-
-
 def source_files():
     """Yields the paths of all files of src, include, tests and tools that are source, scripts or build files."""
     for folder in ("src", "include", "tests", "tools"):
@@ -122,19 +96,14 @@ def source_files():
 
 
 def main():
-    """Checks all files, and prints notes and findings. The exit code is 1 if there are findings, else 0."""
-    findings, notes = [], []
+    """Checks all files and prints the findings. The exit code is 1 if there are findings, else 0."""
+    findings = []
     for path in source_files():
         lines = path.read_text(encoding="utf-8").splitlines()
         if not any("SPDX-License-Identifier: BSD-3-Clause" in line for line in lines[:3]):
             findings.append(Finding(path, 1, "no SPDX line at the top"))
         if path.suffix in FORTRAN:
             findings.extend(check_fortran(path, lines))
-            notes.extend(long_procedures(path, lines))
-        if path.suffix in SOURCES and len(lines) > MAX_FILE:
-            notes.append(Finding(path, 1, f"the file has {len(lines)} lines"))
-    for note in notes:
-        print(f"{note} (target: files {MAX_FILE}, procedures {MAX_PROCEDURE} lines; not an error)")
     for finding in findings:
         print(finding)
     sys.exit(1 if findings else 0)
