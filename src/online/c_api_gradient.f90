@@ -3,8 +3,7 @@
 module sig_c_api_gradient
   use, intrinsic :: iso_c_binding, only: c_double, c_f_pointer, c_int, c_ptr
   use sig_c_handles, only: answered_context, bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, &
-    put_integers, put_reals, &
-    ready_context
+    put_integers, put_reals, ready_context
   use sig_kinds, only: rk
   use sig_reduced, only: displacement_none
   implicit none(type, external)

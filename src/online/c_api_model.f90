@@ -3,7 +3,7 @@
 module sig_c_api_model
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr
   use sig_c_handles, only: bad_argument, bad_model, code_ok, keep, model_handle_t, no_memory, put_integers, put_reals, &
-    ready_model, text_at
+    put_text, ready_model, text_at
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
   use sig_field_query, only: why_no_fields
@@ -169,29 +169,15 @@ contains
     integer(c_int), value :: i
     type(c_ptr), value :: name, unit, minimum, maximum
     type(model_handle_t), pointer :: handle
-    type(c_ptr), pointer :: text
-    real(c_double), pointer :: bound
 
     code = bad_argument
     handle => ready_model(model)
     if (.not. associated(handle)) return
     if (i < 0 .or. i >= size(handle%names)) return
-    if (c_associated(name)) then
-      call c_f_pointer(name, text)
-      text = c_loc(handle%names(i + 1)%characters)
-    end if
-    if (c_associated(unit)) then
-      call c_f_pointer(unit, text)
-      text = c_loc(handle%units(i + 1)%characters)
-    end if
-    if (c_associated(minimum)) then
-      call c_f_pointer(minimum, bound)
-      bound = handle%online%model%box(1, i + 1)
-    end if
-    if (c_associated(maximum)) then
-      call c_f_pointer(maximum, bound)
-      bound = handle%online%model%box(2, i + 1)
-    end if
+    call put_text(handle%names(i + 1), name)
+    call put_text(handle%units(i + 1), unit)
+    call put_reals(handle%online%model%box(1:1, i + 1), minimum)
+    call put_reals(handle%online%model%box(2:2, i + 1), maximum)
     code = code_ok
   end function signorom_get_parameter
 

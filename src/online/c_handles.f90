@@ -12,7 +12,7 @@ module sig_c_handles
   implicit none(type, external)
   private
   public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, chosen_nodes, &
-    put_integers, put_reals, text_at
+    put_integers, put_reals, put_text, text_at
   public :: code_ok, no_answer, bad_argument, bad_model, no_memory
 
   ! the values of signorom_code
@@ -177,4 +177,15 @@ contains
     call c_f_pointer(pointer, target, [size(values)])
     target = values
   end subroutine put_reals
+
+  !> Gives the caller a pointer to a text, which ends with a null character; it does nothing if `pointer` is null.
+  subroutine put_text(text, pointer)
+    type(c_text_t), intent(in), target :: text
+    type(c_ptr), intent(in) :: pointer
+    type(c_ptr), pointer :: target
+
+    if (.not. c_associated(pointer)) return
+    call c_f_pointer(pointer, target)
+    target = c_loc(text%characters)
+  end subroutine put_text
 end module sig_c_handles
