@@ -109,7 +109,7 @@ contains
     class(body_compliance_t), intent(in) :: self
     type(compliance_point_t), intent(out) :: point
 
-    allocate (point%opening(self%n_rows()), point%matrix(self%n_rows(), self%n_rows()), point%transformed(0))
+    allocate (point%opening(self%n_rows()), point%matrix(self%n_rows(), self%n_rows()), point%rows(0))
   end subroutine create_point
 
   subroutine evaluate(self, theta, point, is_valid)

@@ -13,7 +13,7 @@
 !> Everything that a condensed model does (sig_condensed_model) is written for this type. An implementation says how W and q depend
 !> on the point, and what it knows of its error.
 module sig_compliance
-  use sig_answer, only: answer_t
+  use sig_answer, only: answer_t, comparable_size
   use sig_bits, only: n_words, unpack_bits
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
@@ -39,8 +39,8 @@ module sig_compliance
     real(rk), allocatable :: opening(:)
     !> [length/force] W, shape (n_unknowns, n_unknowns); size 0 where W is the same at all points
     real(rk), allocatable :: matrix(:, :)
-    !> [force] q of a transformed problem, shape (n_rows), or of size 0
-    real(rk), allocatable :: transformed(:)
+    !> what a compliance keeps of all rows while it solves, shape (n_rows)
+    real(rk), allocatable :: rows(:)
     !> [sqrt(force*length)] of a displacement by modes that solve_modes found: bound of the residual of equilibrium, and size
     real(rk) :: residual = 0
     real(rk) :: field_size = 0
@@ -105,6 +105,7 @@ module sig_compliance
     procedure, non_overridable :: has_whole_field
     procedure, non_overridable :: displacement_source
     procedure, non_overridable :: displacement_text
+    procedure, non_overridable :: bound_displacement
     procedure, non_overridable :: with_closed_anchors
     procedure, non_overridable :: complete_shared
     procedure, non_overridable :: shared_mismatch
@@ -312,7 +313,7 @@ contains
     class(compliance_t), intent(in) :: self
     type(compliance_point_t), intent(out) :: point
 
-    allocate (point%opening(self%n_rows()), point%transformed(self%n_rows()), point%matrix(0, 0))
+    allocate (point%opening(self%n_rows()), point%rows(self%n_rows()), point%matrix(0, 0))
   end subroutine usual_point
 
   !> Sets forces that are only rounding to zero (sig_lcp_rounding).
@@ -382,10 +383,9 @@ contains
 
   !> Computes the forces of all rows from the unknowns z. For an anchor the unknown is its opening over `scale` instead of its
   !> force, and w is its force times `scale` instead of its opening. Here all rows are unknowns.
-  subroutine take_forces(self, theta, point, opening, unknowns, forces, is_valid)
+  subroutine take_forces(self, point, opening, unknowns, forces, is_valid)
     class(compliance_t), intent(in) :: self
-    !> shape (n_terms)
-    real(rk), contiguous, intent(in) :: theta(:)
+    !> after evaluate
     type(compliance_point_t), intent(in) :: point
     !> [length] w = W z + q, and [force] z, shape (n_unknowns)
     real(rk), intent(in) :: opening(:)
@@ -528,6 +528,25 @@ contains
       text = text // ', none elsewhere'
     end if
   end function displacement_text
+
+  !> Sets displacement_bound and relative_displacement_bound from the bound of the forces. Rigid motions do not count.
+  subroutine bound_displacement(self, bound_of_forces, unknowns, energy, point, answer)
+    class(compliance_t), intent(in) :: self
+    !> [sqrt(force*length)]
+    real(rk), intent(in) :: bound_of_forces
+    !> [force] z, shape (n_unknowns)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [force*length] z'W z: openings of anchors do not count in it, as their rows and columns of W have opposite signs
+    real(rk), intent(in) :: energy
+    type(compliance_point_t), intent(in) :: point
+    !> in: theta
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: size_of_field
+
+    size_of_field = comparable_size(self%size_of_field(answer%theta, unknowns, max(0.0_rk, energy), point), self%largest_field)
+    call answer%take_displacement_bound(bound_of_forces + self%rounding() * size_of_field + &
+      self%field_error(answer%theta, unknowns, max(0.0_rk, energy), point), size_of_field)
+  end subroutine bound_displacement
 
   !> Returns a copy of forces or unknowns with zeros at the anchors.
   pure function with_closed_anchors(self, values) result(closed)

@@ -165,26 +165,9 @@ contains
     if (compliance%is_fixed()) bound = self%bound%evaluate(multipliers(self%free_rows), opening(self%free_rows), enough)
     bound = compliance%own_error(answer%theta, answer%unknowns) + bound
     call answer%take_bound(bound, size_of_answer)
-    if (compliance%has_displacement()) call bound_displacement(compliance, bound, &
+    if (compliance%has_displacement()) call compliance%bound_displacement(bound, answer%unknowns, &
       dot_product(answer%unknowns, opening - point%opening), point, answer)
   end subroutine certify_own
-
-  !> Sets displacement_bound and relative_displacement_bound from the bound of the forces. Rigid motions do not count.
-  subroutine bound_displacement(compliance, bound_of_forces, energy, point, answer)
-    class(compliance_t), intent(in) :: compliance
-    !> [sqrt(force*length)]
-    real(rk), intent(in) :: bound_of_forces
-    !> [force*length] z'W z: openings of anchors do not count in it, as their rows and columns of W have opposite signs
-    real(rk), intent(in) :: energy
-    type(compliance_point_t), intent(in) :: point
-    type(answer_t), intent(inout) :: answer
-    real(rk) :: size_of_field
-
-    size_of_field = comparable_size(compliance%size_of_field(answer%theta, answer%unknowns, max(0.0_rk, energy), point), &
-      compliance%largest_field)
-    call answer%take_displacement_bound(bound_of_forces + compliance%rounding() * size_of_field + &
-      compliance%field_error(answer%theta, answer%unknowns, max(0.0_rk, energy), point), size_of_field)
-  end subroutine bound_displacement
 
   !> Bounds the error of forces that another part found, in the norm of W. If there are anchors, forces that do not balance the
   !> loads on the bodies that only contact holds get the bound huge; where W is not fixed, too, nothing changes. Requires: is_valid.

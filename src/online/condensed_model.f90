@@ -186,7 +186,7 @@ contains
     n = size(room%point%opening)
     room%opening = room%point%opening
     call add_few_columns(matrix, answer%unknowns(:n), room%opening)
-    call compliance%expand(theta, room%point, room%opening, answer%unknowns(:n), answer%multipliers, is_valid)
+    call compliance%expand(room%point, room%opening, answer%unknowns(:n), answer%multipliers, is_valid)
     if (.not. is_valid) then
       answer%reason = reason_outside
       answer%n_solutions = 0

@@ -230,7 +230,7 @@ contains
 
     i_reference = self%pivots%reference_near(nearest)
     is_tried = i_reference > 0
-    if (is_tried) call self%pivots%solve(i_reference, theta, start, point%transformed, solution, workspace, unknowns)
+    if (is_tried) call self%pivots%solve(i_reference, theta, start, point%rows, solution, workspace, unknowns)
   end subroutine solve_near
 
   !> Computes q = self%free_opening theta. At an anchor it becomes exactly zero if |q| is at most 1e-12 of the sum of the absolute

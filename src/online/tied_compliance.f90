@@ -6,12 +6,12 @@
 !> and the rows taken as open do not penetrate.
 module sig_tied_compliance
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_t, comparable_size
+  use sig_answer, only: answer_t
   use sig_bits, only: n_words, unpack_bits
   use sig_compliance, only: compliance_point_t, compliance_t
-  use sig_contact_field, only: contact_field_t
   use sig_description_line, only: line, modes_text
   use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -19,7 +19,7 @@ module sig_tied_compliance
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
   use sig_reduced, only: model_sizes_t
-  use sig_shape_checks, only: are_indices, is_matrix, place_in_ascending
+  use sig_shape_checks, only: are_indices, is_matrix
   use sig_text, only: counted, to_text
   implicit none(type, external)
   private
@@ -37,19 +37,10 @@ module sig_tied_compliance
     real(rk), allocatable :: free(:, :)
     !> [-] in the closed rows, [length/force] in the others, shape (n_multipliers, n_changing); symmetric in the changing rows
     real(rk), allocatable :: operator(:, :)
-    !> [length] displacement of the exact dofs = free_field theta + field lambda: [length per unit of theta] shape (n_exact,
-    !> n_terms), where `modes` is there (n_dofs, n_terms), and [length/force] shape (n_exact, n_changing)
-    real(rk), allocatable :: free_field(:, :)
-    real(rk), allocatable :: field(:, :)
-    !> minus the displacement of all dofs under forces on the changing rows, or nothing
-    type(contact_field_t) :: modes
-    !> [force*length per unit of theta squared] G'K G, shape (n_terms, n_terms), and [length per unit of theta] H'K G, shape
-    !> (n_changing, n_terms), for the size of the displacement G theta - H lambda; empty without modes
-    real(rk), allocatable :: free_energy(:, :)
-    real(rk), allocatable :: shared_energy(:, :)
-    !> changing rows, 1-based, and [length/force] W of these rows, from `prepare`
+    !> the problem of the changing rows alone, with the displacement under their forces; its W, q and exact dofs are from `prepare`
+    type(fixed_compliance_t) :: inner
+    !> changing rows, 1-based, from `prepare`
     integer, allocatable, private :: changing(:)
-    real(rk), allocatable, private :: compliance(:, :)
   end type tied_cluster_t
 
   type, extends(compliance_t) :: tied_compliance_t
@@ -110,9 +101,11 @@ contains
     if (.not. allocated(self%clusters)) allocate (self%clusters(0))
     do i = 1, size(self%clusters)
       if (.not. allocated(self%clusters(i)%status)) cycle
-      call self%clusters(i)%modes%complete(sizes%n_dofs, count(self%clusters(i)%status == row_changing))
-      if (.not. allocated(self%clusters(i)%free_energy)) allocate (self%clusters(i)%free_energy(0, 0))
-      if (.not. allocated(self%clusters(i)%shared_energy)) allocate (self%clusters(i)%shared_energy(0, 0))
+      associate (inner => self%clusters(i)%inner)
+        call inner%field%complete(sizes%n_dofs, count(self%clusters(i)%status == row_changing))
+        if (.not. allocated(inner%free_energy)) allocate (inner%free_energy(0, 0))
+        if (.not. allocated(inner%shared_energy)) allocate (inner%shared_energy(0, 0))
+      end associate
     end do
     call fill_missing(self%cluster_of_point)
   end subroutine complete
@@ -131,19 +124,20 @@ contains
     if (size(self%cluster_of_point) /= sizes%n_points .or. .not. are_indices(self%cluster_of_point, size(self%clusters))) &
       name = 'cluster_of_point'
     do i = 1, size(self%clusters)
-      associate (cluster => self%clusters(i), n => sizes%n_multipliers, n_exact => size(self%exact_dofs))
+      associate (cluster => self%clusters(i), inner => self%clusters(i)%inner, n => sizes%n_multipliers, &
+        n_exact => size(self%exact_dofs))
         n_changing = count(cluster%status == row_changing)
         if (size(cluster%status) /= n .or. any(cluster%status < row_open .or. cluster%status > row_changing)) name = 'tied/status'
         if (.not. is_matrix(cluster%free, n, sizes%n_terms)) name = 'tied/free'
         if (.not. is_matrix(cluster%operator, n, n_changing)) name = 'tied/operator'
-        n_fields = merge(sizes%n_dofs, n_exact, cluster%modes%is_there())
-        n_energies = merge(sizes%n_terms, 0, cluster%modes%is_there())
-        if (.not. is_matrix(cluster%free_field, n_fields, sizes%n_terms)) name = 'tied/free_field'
-        if (.not. is_matrix(cluster%field, n_exact, n_changing)) name = 'tied/field'
-        if (.not. is_matrix(cluster%free_energy, n_energies, n_energies)) name = 'tied/free_energy'
-        if (.not. is_matrix(cluster%shared_energy, merge(n_changing, 0, n_energies > 0), n_energies)) name = 'tied/shared_energy'
-        if (name == '' .and. cluster%modes%mismatch(sizes%n_dofs, n_changing, 0) /= '') name = 'tied/modes'
-        if (name == '' .and. (cluster%modes%is_there() .neqv. self%clusters(1)%modes%is_there())) name = 'tied/modes'
+        n_fields = merge(sizes%n_dofs, n_exact, inner%has_modes())
+        n_energies = merge(sizes%n_terms, 0, inner%has_modes())
+        if (.not. is_matrix(inner%free_response, n_fields, sizes%n_terms)) name = 'tied/free_field'
+        if (.not. is_matrix(inner%contact_response, n_exact, n_changing)) name = 'tied/field'
+        if (.not. is_matrix(inner%free_energy, n_energies, n_energies)) name = 'tied/free_energy'
+        if (.not. is_matrix(inner%shared_energy, merge(n_changing, 0, n_energies > 0), n_energies)) name = 'tied/shared_energy'
+        if (name == '' .and. inner%field%mismatch(sizes%n_dofs, n_changing, 0) /= '') name = 'tied/modes'
+        if (name == '' .and. (inner%has_modes() .neqv. self%has_modes())) name = 'tied/modes'
       end associate
     end do
   end function mismatch
@@ -161,7 +155,7 @@ contains
     class(tied_compliance_t), intent(in) :: self
 
     has_modes = .false.
-    if (size(self%clusters) > 0) has_modes = self%clusters(1)%modes%is_there()
+    if (size(self%clusters) > 0) has_modes = self%clusters(1)%inner%has_modes()
   end function has_modes
 
   !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
@@ -177,20 +171,20 @@ contains
     call self%write_shared(file, group, length, force)
     call file%write(group // '/cluster_of_point', self%cluster_of_point, description='cluster (1-based) of each training point')
     do i = 1, size(self%clusters)
-      associate (cluster => self%clusters(i), place => group // '/tied/' // to_text(i))
+      associate (cluster => self%clusters(i), inner => self%clusters(i)%inner, place => group // '/tied/' // to_text(i))
         call file%write(place // '/status', cluster%status, description='status of each contact: 0 open, 1 closed, 2 may change')
         call file%write(place // '/free', cluster%free, description='force (' // force // ') of closed contacts, opening (' // &
           length // ') of the others, without forces on the changing ones; a term per row')
         call file%write(place // '/operator', cluster%operator, description= &
           'what a unit force on each changing contact adds to these forces and openings, a changing contact per row')
-        call file%write(place // '/free_field', cluster%free_field, length, &
+        call file%write(place // '/free_field', inner%free_response, length, &
           'displacement of the exact dofs, with modes of all dofs; a term per row')
-        call file%write(place // '/field', cluster%field, length // '/(' // force // ')', &
+        call file%write(place // '/field', -inner%contact_response, length // '/(' // force // ')', &
           'what a unit force on each changing contact adds to this displacement, a changing contact per row')
-        call cluster%modes%write(file, place // '/modes', length, force)
-        call file%write(place // '/free_energy', cluster%free_energy, force // '*' // length, &
+        call inner%field%write(file, place // '/modes', length, force)
+        call file%write(place // '/free_energy', inner%free_energy, force // '*' // length, &
           'work of the forces of each term on the displacement of each term, without forces on the changing contacts')
-        call file%write(place // '/shared_energy', cluster%shared_energy, length, &
+        call file%write(place // '/shared_energy', inner%shared_energy, length, &
           'work of a unit force on each changing contact on minus the displacement of each term, a term per row')
       end associate
     end do
@@ -220,11 +214,14 @@ contains
       call file%read(place // '/status', self%clusters(i)%status, error)
       call file%read(place // '/free', self%clusters(i)%free, error)
       call file%read(place // '/operator', self%clusters(i)%operator, error)
-      call file%read(place // '/free_field', self%clusters(i)%free_field, error)
-      call file%read(place // '/field', self%clusters(i)%field, error)
-      call self%clusters(i)%modes%read(file, place // '/modes', error)
-      call file%read(place // '/free_energy', self%clusters(i)%free_energy, error)
-      call file%read(place // '/shared_energy', self%clusters(i)%shared_energy, error)
+      associate (inner => self%clusters(i)%inner)
+        call file%read(place // '/free_field', inner%free_response, error)
+        call file%read(place // '/field', inner%contact_response, error)
+        if (allocated(inner%contact_response)) inner%contact_response = -inner%contact_response
+        call inner%field%read(file, place // '/modes', error)
+        call file%read(place // '/free_energy', inner%free_energy, error)
+        call file%read(place // '/shared_energy', inner%shared_energy, error)
+      end associate
     end do
   end subroutine read
 
@@ -241,7 +238,7 @@ contains
       end associate
     end do
     text = text // line('  displacements', self%displacement_text(modes_text(maxval([0, &
-      [(size(self%clusters(i)%modes%modes, 2), i=1, size(self%clusters))]]))))
+      [(size(self%clusters(i)%inner%field%modes, 2), i=1, size(self%clusters))]]))))
   end function describe
 
   !> Returns false: each cluster has a W of its own.
@@ -251,17 +248,20 @@ contains
     is_fixed = .false.
   end function is_fixed
 
-  !> Computes for each cluster the list of its changing rows and their W, which is `operator` in these rows, made exactly symmetric.
+  !> Computes for each cluster the list of its changing rows, and their W and q. W is `operator` in these rows, made symmetric.
   subroutine prepare(self)
     class(tied_compliance_t), intent(inout) :: self
     integer :: i, k
 
     do i = 1, size(self%clusters)
-      associate (cluster => self%clusters(i))
+      associate (cluster => self%clusters(i), inner => self%clusters(i)%inner)
         cluster%changing = pack([(k, k=1, size(cluster%status))], cluster%status == row_changing)
-        cluster%compliance = cluster%operator(cluster%changing, :)
+        inner%compliance = cluster%operator(cluster%changing, :)
         ! the matrix is symmetric except for rounding
-        cluster%compliance = (cluster%compliance + transpose(cluster%compliance)) / 2
+        inner%compliance = (inner%compliance + transpose(inner%compliance)) / 2
+        inner%free_opening = cluster%free(cluster%changing, :)
+        inner%exact_dofs = self%exact_dofs
+        inner%anchors = [integer ::]
       end associate
     end do
   end subroutine prepare
@@ -299,12 +299,11 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     type(compliance_point_t), intent(inout) :: point
     logical, intent(out) :: is_valid
-    real(rk) :: rows(self%n_rows())
 
     is_valid = .true.
     associate (cluster => self%clusters(point%i_system))
-      call multiply(1.0_rk, cluster%free, theta, 0.0_rk, rows)
-      point%opening = rows(cluster%changing)
+      call multiply(1.0_rk, cluster%free, theta, 0.0_rk, point%rows)
+      point%opening = point%rows(cluster%changing)
     end associate
   end subroutine evaluate
 
@@ -313,22 +312,21 @@ contains
     type(compliance_point_t), target, intent(in) :: point
     real(rk), pointer, contiguous :: matrix(:, :)
 
-    matrix => self%clusters(point%i_system)%compliance
+    matrix => self%clusters(point%i_system)%inner%compliance
   end function matrix
 
   !> Computes the forces of all rows, and checks that the other rows have the right sign (is_inside).
-  subroutine expand(self, theta, point, opening, unknowns, forces, is_valid)
+  subroutine expand(self, point, opening, unknowns, forces, is_valid)
     class(tied_compliance_t), intent(in) :: self
-    real(rk), contiguous, intent(in) :: theta(:)
     type(compliance_point_t), intent(in) :: point
     real(rk), intent(in) :: opening(:)
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk), intent(inout) :: forces(:)
     logical, intent(out) :: is_valid
-    real(rk) :: rows(self%n_rows())
+    real(rk) :: rows(size(point%rows))
 
     associate (cluster => self%clusters(point%i_system))
-      call multiply(1.0_rk, cluster%free, theta, 0.0_rk, rows)
+      rows = point%rows
       call multiply(1.0_rk, cluster%operator, unknowns, 1.0_rk, rows)
       is_valid = is_inside(cluster, rows)
       if (.not. is_valid) return
@@ -379,9 +377,7 @@ contains
     type(compliance_point_t), intent(in) :: point
     real(rk), allocatable :: terms(:)
 
-    associate (cluster => self%clusters(point%i_system))
-      terms = matmul(abs(cluster%free(cluster%changing, :)), abs(theta))
-    end associate
+    terms = self%clusters(point%i_system)%inner%opening_terms(theta, point)
   end function opening_terms
 
   !> Does nothing: the size of W of the tied rows, beside which a force would be rounding, is not known.
@@ -401,9 +397,7 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk), contiguous, intent(inout) :: changes(:)
 
-    associate (cluster => self%clusters(point%i_system))
-      changes = matmul(cluster%free(cluster%changing, :), theta_change)
-    end associate
+    call self%clusters(point%i_system)%inner%change_openings(point, theta, theta_change, unknowns, changes)
   end subroutine change_openings
 
   !> It is NaN for all dofs without an answer.
@@ -415,50 +409,19 @@ contains
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     if (answer%row_cluster == 0) return
     associate (cluster => self%clusters(answer%row_cluster))
-      call displace(self, cluster, answer%theta, answer%unknowns(:size(cluster%changing)), displacement)
+      call cluster%inner%displace(answer%theta, answer%unknowns(:size(cluster%changing)), displacement)
     end associate
   end subroutine fill_field
-
-  !> Computes what is linear in the terms and in the forces on the changing rows of a cluster: the displacement, or its change.
-  subroutine displace(self, cluster, theta, forces, displacement)
-    class(tied_compliance_t), intent(in) :: self
-    type(tied_cluster_t), intent(in) :: cluster
-    real(rk), contiguous, intent(in) :: theta(:)
-    !> [force] shape (n_changing)
-    real(rk), contiguous, intent(in) :: forces(:)
-    !> [length] shape (n_dofs); NaN for dofs that are not exact stay if there are no modes
-    real(rk), contiguous, intent(inout) :: displacement(:)
-    real(rk) :: exact(size(self%exact_dofs))
-
-    if (cluster%modes%is_there()) then
-      call multiply(1.0_rk, cluster%free_field, theta, 0.0_rk, displacement)
-      exact = displacement(self%exact_dofs)
-      call cluster%modes%subtract_from([integer ::], forces, displacement)
-    else
-      call multiply(1.0_rk, cluster%free_field, theta, 0.0_rk, exact)
-    end if
-    call multiply(1.0_rk, cluster%field, forces, 1.0_rk, exact)
-    displacement(self%exact_dofs) = exact
-  end subroutine displace
 
   pure real(rk) function field_of_dof(self, answer, dof) result(displacement)
     class(tied_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
-    integer :: i
 
     displacement = ieee_value(1.0_rk, ieee_quiet_nan)
-    i = place_in_ascending(self%exact_dofs, dof)
-    if (answer%row_cluster == 0 .or. (i == 0 .and. .not. self%has_modes())) return
+    if (answer%row_cluster == 0) return
     associate (cluster => self%clusters(answer%row_cluster))
-      associate (forces => answer%unknowns(:size(cluster%changing)))
-        displacement = dot_product(cluster%free_field(merge(dof, i, self%has_modes()), :), answer%theta)
-        if (i > 0) then
-          displacement = displacement + dot_product(cluster%field(i, :), forces)
-        else
-          displacement = displacement - cluster%modes%dof_value([integer ::], forces, dof)
-        end if
-      end associate
+      displacement = cluster%inner%displacement_of(answer%theta, answer%unknowns(:size(cluster%changing)), dof)
     end associate
   end function field_of_dof
 
@@ -469,11 +432,8 @@ contains
     integer, intent(in) :: i_parameter
     integer, intent(in) :: dofs(:)
     real(rk), intent(out) :: changes(:)
-    real(rk) :: field(max(maxval([0, dofs]), maxval([0, self%exact_dofs]), size(self%clusters(answer%row_cluster)%modes%modes, 1)))
 
-    field = ieee_value(1.0_rk, ieee_quiet_nan)
-    call displace(self, self%clusters(answer%row_cluster), gradient%theta(:, i_parameter), gradient%unknowns(:, i_parameter), field)
-    changes = field(dofs)
+    call self%clusters(answer%row_cluster)%inner%change_field(answer, gradient, i_parameter, dofs, changes)
   end subroutine change_field
 
   real(rk) function size_of_field(self, theta, unknowns, energy, point) result(size_of)
@@ -482,14 +442,8 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk), intent(in) :: energy
     type(compliance_point_t), intent(in) :: point
-    real(rk) :: square
 
-    square = energy
-    associate (cluster => self%clusters(point%i_system))
-      if (self%has_modes()) square = energy + dot_product(theta, matmul(cluster%free_energy, theta)) - &
-        2 * dot_product(unknowns, matmul(cluster%shared_energy, theta))
-    end associate
-    size_of = sqrt(max(square, 0.0_rk))
+    size_of = self%clusters(point%i_system)%inner%size_of_field(theta, unknowns, energy, point)
   end function size_of_field
 
   real(rk) function field_error(self, theta, unknowns, energy, point)
@@ -499,25 +453,21 @@ contains
     real(rk), intent(in) :: energy
     type(compliance_point_t), intent(in) :: point
 
-    field_error = self%clusters(point%i_system)%modes%error_of(unknowns, energy)
+    field_error = self%clusters(point%i_system)%inner%field_error(theta, unknowns, energy, point)
   end function field_error
 
-  !> Sets row_cluster, displacement_bound and relative_displacement_bound: the error of the modes, and rounding. The forces are
-  !> those of the full-order problem, or there is no answer.
+  !> Sets row_cluster, displacement_bound and relative_displacement_bound. The forces are those of the full-order problem, or there
+  !> is no answer.
   subroutine solve_modes(self, point, answer)
     class(tied_compliance_t), intent(in) :: self
     type(compliance_point_t), intent(inout) :: point
     type(answer_t), intent(inout) :: answer
-    real(rk) :: energy, size_of_field
 
     answer%row_cluster = point%i_system
     if (.not. self%has_displacement()) return
     associate (cluster => self%clusters(point%i_system))
       associate (forces => answer%unknowns(:size(cluster%changing)))
-        energy = dot_product(forces, matmul(cluster%compliance, forces))
-        size_of_field = comparable_size(self%size_of_field(answer%theta, forces, energy, point), self%largest_field)
-        call answer%take_displacement_bound(self%field_error(answer%theta, forces, energy, point) + &
-          self%rounding() * size_of_field, size_of_field)
+        call self%bound_displacement(0.0_rk, forces, dot_product(forces, matmul(cluster%inner%compliance, forces)), point, answer)
       end associate
     end associate
   end subroutine solve_modes

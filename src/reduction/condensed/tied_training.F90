@@ -8,6 +8,7 @@
 !> rings of neighbors around them.
 module sig_tied_training
   use sig_bits, only: pack_columns
+  use sig_compliance, only: compliance_point_t
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements, room_for_forces
   use sig_energy_modes, only: choose_combinations, product_of
@@ -201,12 +202,12 @@ contains
       end if
       call move_alloc(response%free, cluster%free)
       call move_alloc(response%operator, cluster%operator)
-      call move_alloc(response%free_field, cluster%free_field)
-      call move_alloc(response%field, cluster%field)
+      call move_alloc(response%free_field, cluster%inner%free_response)
+      cluster%inner%contact_response = -response%field
       PetscCall(broadcast_columns(cluster%free, PETSC_COMM_WORLD, ierr))
       PetscCall(broadcast_columns(cluster%operator, PETSC_COMM_WORLD, ierr))
-      PetscCall(broadcast_columns(cluster%free_field, PETSC_COMM_WORLD, ierr))
-      PetscCall(broadcast_columns(cluster%field, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%inner%free_response, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(cluster%inner%contact_response, PETSC_COMM_WORLD, ierr))
       if (size(patterns, 2) > 0) then
         PetscCall(add_modes(full_order%problem, team, forces, patterns, response, cluster, ierr))
         call measure_fields(full_order%problem, snapshots, i, forces, data)
@@ -242,7 +243,8 @@ contains
     real(rk), allocatable :: combinations(:, :), compliance(:, :), driven(:, :), shared(:, :)
     integer :: k
 
-    associate (changing => pack([(k, k=1, size(cluster%status))], cluster%status == row_changing), modes => cluster%modes)
+    associate (changing => pack([(k, k=1, size(cluster%status))], cluster%status == row_changing), inner => cluster%inner, &
+      modes => cluster%inner%field)
       compliance = cluster%operator(changing, :)
       compliance = (compliance + transpose(compliance)) / 2
       call choose_combinations(forces, compliance, combinations)
@@ -252,19 +254,19 @@ contains
       PetscCall(broadcast_columns(modes%modes, PETSC_COMM_WORLD, ierr))
       modes%coordinates = transposed_product(combinations, compliance)
       PetscCall(broadcast_columns(modes%coordinates, PETSC_COMM_WORLD, ierr))
-      cluster%free_field = response%whole_free_field
-      PetscCall(broadcast_columns(cluster%free_field, PETSC_COMM_WORLD, ierr))
+      inner%free_response = response%whole_free_field
+      PetscCall(broadcast_columns(cluster%inner%free_response, PETSC_COMM_WORLD, ierr))
       associate (system => team%solver%system, own => team%solver%system%map%local_dofs)
         allocate (driven(size(own), problem%boundary%n_terms))
-        PetscCall(multiply_block(system%stiffness, cluster%free_field(own, :), driven, ierr))
-        cluster%free_energy = transposed_product(cluster%free_field(own, :), driven)
+        PetscCall(multiply_block(system%stiffness, inner%free_response(own, :), driven, ierr))
+        inner%free_energy = transposed_product(inner%free_response(own, :), driven)
         shared = transposed_product(modes%modes(own, :), driven)
-        PetscCall(sum_over_ranks(system%comm, cluster%free_energy, ierr))
+        PetscCall(sum_over_ranks(system%comm, inner%free_energy, ierr))
         PetscCall(sum_over_ranks(system%comm, shared, ierr))
       end associate
-      cluster%shared_energy = transposed_product(modes%coordinates, shared)
-      PetscCall(broadcast_columns(cluster%free_energy, PETSC_COMM_WORLD, ierr))
-      PetscCall(broadcast_columns(cluster%shared_energy, PETSC_COMM_WORLD, ierr))
+      inner%shared_energy = transposed_product(modes%coordinates, shared)
+      PetscCall(broadcast_columns(inner%free_energy, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(inner%shared_energy, PETSC_COMM_WORLD, ierr))
     end associate
   end subroutine add_modes
 
@@ -280,15 +282,14 @@ contains
     real(rk), allocatable :: theta(:, :)
     integer, allocatable :: points(:)
     integer :: i_bad_point, i_bad_source, k
-    real(rk) :: square
+    type(compliance_point_t) :: unused
 
     points = pack([(k, k=1, snapshots%n_snapshots())], data%cluster_of_point == i)
     call evaluate_points(problem%terms, snapshots%parameters(:, points), theta, i_bad_point, i_bad_source)
-    associate (cluster => data%clusters(i))
+    associate (inner => data%clusters(i)%inner)
       do k = 1, size(points)
-        square = sum(matmul(cluster%modes%coordinates, forces(:, k))**2) + dot_product(theta(:, k), &
-          matmul(cluster%free_energy, theta(:, k)) - 2 * matmul(forces(:, k), cluster%shared_energy))
-        data%largest_field = max(data%largest_field, sqrt(max(0.0_rk, square)))
+        data%largest_field = max(data%largest_field, inner%size_of_field(theta(:, k), forces(:, k), &
+          sum(matmul(inner%field%coordinates, forces(:, k))**2), unused))
       end do
     end associate
   end subroutine measure_fields
