@@ -15,10 +15,10 @@ module sig_check
   use sig_kinds, only: rk
   use sig_leaning_contacts, only: predicted_lean_warnings
   use sig_log, only: log_info, log_warnings
-  use sig_parameter_space, only: build_points, format_point
-  use sig_point_argument, only: parse_point
+  use sig_parameter_space, only: build_states, find_states, format_point
+  use sig_point_argument, only: parse_states
   use sig_point_checks, only: check_points
-  use sig_problem, only: inert_pair_names, parameter_names, problem_t, warn_of_plan
+  use sig_problem, only: inert_pair_names, problem_t, warn_of_plan
   use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text
@@ -43,7 +43,7 @@ contains
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
     type(error_t), allocatable :: error
-    real(rk), allocatable :: training(:, :), test(:, :), shown(:, :)
+    real(rk), allocatable :: training(:, :), test(:, :), output(:, :), shown(:, :)
     type(string_t), allocatable :: warnings(:)
 
     ierr = 0
@@ -52,37 +52,39 @@ contains
       if (allocated(error)) exit work
       PetscCall(session%load_study(error, ierr))
       if (allocated(error)) exit work
-      call check_all_points(session%full_order%problem, shown, training, test, error)
+      call check_all_points(session%full_order%problem, shown, training, test, output, error)
       if (allocated(error)) exit work
-      call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test))
-      call warn_of_plan(session%full_order%problem, joined_points(session%deck, training, test))
-      warnings = predicted_lean_warnings(session%full_order%problem, joined_points(session%deck, training, test))
+      call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test, output))
+      call warn_of_plan(session%full_order%problem, joined_points(training, test, output))
+      warnings = predicted_lean_warnings(session%full_order%problem, joined_points(training, test, output))
       call log_warnings(warnings)
       PetscCall(warn_of_missing_tool(session%deck, ierr))
     end block work
     if (allocated(error)) call session%fail(error)
     ! also after an error: pictures show best what is wrong
     if (command%has_fields .and. session%full_order%problem%has_driving) then
-      PetscCall(write_fields(shown(:, 1), session, ierr))
+      PetscCall(write_fields(shown(:, size(shown, 2)), session, ierr))
     end if
   end subroutine check_deck
 
   !> Builds the training points and the test points of the deck and checks them, the shown ones, those of the output, and the box of
   !> the training. Errors: those of build_points, check_points and check_box.
-  subroutine check_all_points(problem, shown, training, test, error)
+  subroutine check_all_points(problem, shown, training, test, output, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points), as all
     real(rk), intent(in) :: shown(:, :)
     !> without points if the deck has no such section
     real(rk), allocatable, intent(out) :: training(:, :)
     real(rk), allocatable, intent(out) :: test(:, :)
+    !> states of the output points
+    real(rk), allocatable, intent(out) :: output(:, :)
     type(error_t), allocatable, intent(out) :: error
 
     associate (deck => problem%deck)
-      allocate (training(size(deck%parameters), 0), test(size(deck%parameters), 0))
-      if (deck%has_training) call build_points(deck%training, deck%parameters, training, error)
+      allocate (training(size(deck%state_parameters), 0), test(size(deck%state_parameters), 0))
+      if (deck%has_training) call build_states(deck, deck%training, training, error)
       if (allocated(error)) return
-      if (deck%has_test) call build_points(deck%test, deck%parameters, test, error)
+      if (deck%has_test) call build_states(deck, deck%test, test, error)
       if (allocated(error)) return
       call check_points(problem, shown, error)
       if (allocated(error)) return
@@ -90,27 +92,31 @@ contains
       if (allocated(error)) return
       call check_points(problem, test, error)
       if (allocated(error)) return
-      call check_points(problem, deck%output%points, error)
+      call find_states(deck, deck%output%points, output, error)
+      if (allocated(error)) return
+      call check_points(problem, output, error)
       if (allocated(error)) return
       ! the model must be possible in the whole box
       if (deck%has_training) call check_box(problem, error)
     end associate
   end subroutine check_all_points
 
-  !> Finds the point of --fields: that of --at, or the middle of the box. Errors: those of parse_point.
+  !> Finds the point of --fields: that of --at, or the middle of the box; with a history all its states, of which the last is shown.
+  !> Errors: those of parse_states.
   subroutine choose_shown(command, deck, shown, error)
     type(command_t), intent(in) :: command
     type(deck_config_t), intent(in) :: deck
-    !> shape (n_parameters, 1), or no column without --fields
+    !> shape (size(deck%state_parameters), n_states), no column without --fields
     real(rk), allocatable, intent(out) :: shown(:, :)
     type(error_t), allocatable, intent(out) :: error
 
     if (.not. command%has_fields) then
-      allocate (shown(size(deck%parameters), 0))
+      allocate (shown(size(deck%state_parameters), 0))
     else if (command%at /= '') then
-      call parse_point(command%at, parameter_names(deck), shown, error)
+      call parse_states(command%at, deck, shown, error)
     else
-      shown = reshape(deck%parameters%minimum / 2 + deck%parameters%maximum / 2, [size(deck%parameters), 1])
+      call find_states(deck, reshape(deck%parameters%minimum / 2 + deck%parameters%maximum / 2, [size(deck%parameters), 1]), &
+        shown, error)
     end if
   end subroutine choose_shown
 
@@ -136,7 +142,7 @@ contains
       call session%fail(error)
     else
       call log_info(boundary_text(session%full_order%problem) // '# fields: ' // session%folder // '/check.xdmf at ' // &
-        format_point(session%deck%parameters, point))
+        format_point(session%deck%state_parameters, point))
     end if
   end subroutine write_fields
 
@@ -160,11 +166,12 @@ contains
   !> Returns the comment lines below the deck, without a line end at their end: sizes, numbers of training points (or candidates)
   !> and test points, contacts, the condition number of B (only if there are contact rows), the planned solver, what the
   !> stages are predicted to take, notes and inert pairs.
-  function sizes_text(problem, training, test) result(text)
+  function sizes_text(problem, training, test, output) result(text)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training(:, :)
     real(rk), intent(in) :: test(:, :)
+    real(rk), intent(in) :: output(:, :)
     character(:), allocatable :: text, training_text
     type(string_t), allocatable :: inert(:), contact(:), stages(:)
     integer :: i
@@ -177,8 +184,11 @@ contains
       ' prescribed), ' // counted(problem%rows%n_rows + problem%inert%n_rows, 'contact pair') // ', ' // &
       counted(problem%rows%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
       to_text(size(test, 2)) // ' test'
+    associate (history => problem%deck%history%states)
+      if (history%is_there()) text = text // '; ' // counted(history%n_times(), 'time') // ' of each point are counted'
+    end associate
     contact = contact_lines(problem%deck, problem%mesh, problem%rows, problem%inert, problem%terms, &
-      joined_points(problem%deck, training, test))
+      joined_points(training, test, output))
     do i = 1, size(contact)
       text = text // new_line('a') // '# ' // contact(i)%text
     end do
@@ -199,15 +209,13 @@ contains
       join(inert, ', ')
   end function sizes_text
 
-  !> Returns the training points, the test points and the output points of the deck, shape (n_parameters, n_points).
-  pure function joined_points(deck, training, test) result(points)
-    type(deck_config_t), intent(in) :: deck
+  !> Returns the training points, the test points and the output points, shape (n_parameters, n_points).
+  pure function joined_points(training, test, output) result(points)
     real(rk), intent(in) :: training(:, :)
     real(rk), intent(in) :: test(:, :)
+    real(rk), intent(in) :: output(:, :)
     real(rk), allocatable :: points(:, :)
 
-    associate (shown => deck%output%points)
-      points = reshape([training, test, shown], [size(training, 1), size(training, 2) + size(test, 2) + size(shown, 2)])
-    end associate
+    points = reshape([training, test, output], [size(training, 1), size(training, 2) + size(test, 2) + size(output, 2)])
   end function joined_points
 end module sig_check

@@ -14,9 +14,9 @@ module sig_commands
   use sig_kinds, only: rk
   use sig_log, only: is_log_shown, log_error, log_info, log_to_file, lost_output, start_log
   use sig_memory_check, only: start_linear_algebra
-  use sig_point_argument, only: parse_point
+  use sig_parameter_space, only: find_states
+  use sig_point_argument, only: parse_states
   use sig_predict, only: predict
-  use sig_problem, only: parameter_names
   use sig_run_report, only: run_report_t
   use sig_sampling_stage, only: sample_stage
   use sig_session, only: session_t
@@ -122,9 +122,12 @@ contains
 
     ierr = 0
     is_run = command%name == 'run'
-    points = session%deck%output%points
     work: block
-      if (command%at /= '') call parse_point(command%at, parameter_names(session%deck), points, error)
+      if (command%at /= '') then
+        call parse_states(command%at, session%deck, points, error)
+      else
+        call find_states(session%deck, session%deck%output%points, points, error)
+      end if
       if (allocated(error)) exit work
       if (is_run .or. command%name == 'train') then
         PetscCall(need_forest_tool(session%deck, error, ierr))

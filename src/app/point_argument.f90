@@ -1,12 +1,14 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Parameter points of the command line: `--at a=1,b=2`.
 module sig_point_argument
+  use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
+  use sig_parameter_space, only: find_states
   use sig_text, only: did_you_mean, join, read_real, split, string_t
   implicit none(type, external)
   private
-  public :: parse_point
+  public :: parse_point, parse_states
 
 contains
 
@@ -34,6 +36,25 @@ contains
     if (.not. all(is_set)) call make_error(error, '--at ' // text // ' gives no value for ' // &
       join(pack(names, .not. is_set), ', '), hint='write --at ' // join(names, '=...,') // '=...')
   end subroutine parse_point
+
+  !> Reads the point of --at for a deck and finds its states (find_states). Errors: those of parse_point and find_states.
+  subroutine parse_states(text, deck, states, error)
+    !> `a=1,b=2`
+    character(*), intent(in) :: text
+    type(deck_config_t), intent(in) :: deck
+    !> shape (size(deck%state_parameters), n_states)
+    real(rk), allocatable, intent(out) :: states(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t) :: names(size(deck%parameters))
+    real(rk), allocatable :: points(:, :)
+    integer :: i
+
+    do i = 1, size(names)
+      names(i)%text = deck%parameters(i)%name
+    end do
+    call parse_point(text, names, points, error)
+    if (.not. allocated(error)) call find_states(deck, points, states, error)
+  end subroutine parse_states
 
   subroutine take_entry(entry, names, point, is_set, error)
     character(*), intent(in) :: entry

@@ -8,6 +8,7 @@ module sig_predict
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_stopped, exit_success, make_error
+  use sig_history, only: states_of
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info, log_note, log_warning
   use sig_model, only: model_t
@@ -81,18 +82,18 @@ contains
     work: block
       call read_model(command%file, online%model, error)
       if (allocated(error)) exit work
-      if (command%at /= '') then
-        call parse_point(command%at, online%model%parameter_names, points, error)
-      else
-        call list%open(command%points, online%model%parameter_names, error)
-      end if
+      associate (names => online%model%parameter_names(:online%model%n_given()))
+        if (command%at /= '') then
+          call parse_point(command%at, names, points, error)
+        else
+          call list%open(command%points, names, error)
+        end if
+      end associate
       if (allocated(error)) exit work
       call prepare_answers(command, online, answers, error)
       if (allocated(error)) exit work
       if (command%at /= '') then
-        answers%points(:, :1) = points
-        answers%n_points = 1
-        call check_box(command, answers, error)
+        call take_points(command, points, answers, error)
       else
         call next_block(command, list, answers, error)
       end if
@@ -133,24 +134,52 @@ contains
     if (n_threads == 0) n_threads = sig_processor_count()
     if (command%at /= '') n_threads = 1
     call online%prepare(message)
-    if (.not. allocated(message)) call answers%create(online, n_threads, block_size, message)
+    if (.not. allocated(message)) call answers%create(online, n_threads, &
+      max(block_size, online%model%history%n_times()), message)
     if (allocated(message)) call make_error(error, 'the model cannot answer: ' // message, command%file)
   end subroutine prepare_answers
 
   !> Reads the next points of --points into the block and checks them by check_box; block%n_points is 0 at the end and always with
-  !> --at. Errors: those of point_list_t%next, for example a line that is no point; that of check_box.
+  !> --at. Errors: those of point_list_t%next, for example a line that is no point; those of take_points.
   subroutine next_block(command, list, answers, error)
     type(command_t), intent(in) :: command
     type(point_list_t), intent(inout) :: list
     type(answer_block_t), intent(inout) :: answers
     type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: points(:, :)
+    integer :: n_points
 
     answers%n_points = 0
     if (command%at /= '') return
-    call list%next(answers%points, answers%n_points, error)
-    if (allocated(error)) return
-    call check_box(command, answers, error)
+    associate (model => answers%online%model)
+      allocate (points(model%n_given(), max(1, block_size / max(1, model%history%n_times()))))
+    end associate
+    call list%next(points, n_points, error)
+    if (.not. allocated(error)) call take_points(command, points(:, :n_points), answers, error)
   end subroutine next_block
+
+  !> Gives the block the states of some points and checks them by check_box. Errors: a table of the history has no finite value at a
+  !> point, or its times do not ascend there; that of check_box.
+  subroutine take_points(command, points, answers, error)
+    type(command_t), intent(in) :: command
+    !> shape (n_given, n_points); at most as many as give a full block of states
+    real(rk), intent(in) :: points(:, :)
+    type(answer_block_t), intent(inout) :: answers
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: states(:, :)
+    character(:), allocatable :: fault
+    integer :: i_bad_point
+
+    associate (model => answers%online%model)
+      call states_of(model%history, model%parameter_names(:model%n_given()), points, states, i_bad_point, fault)
+      if (allocated(fault)) call make_error(error, fault // ' at ' // &
+        format_point(model%parameter_names(:model%n_given()), points(:, i_bad_point)), command%file)
+    end associate
+    if (allocated(error)) return
+    answers%n_points = size(states, 2)
+    answers%points(:, :answers%n_points) = states
+    call check_box(command, answers, error)
+  end subroutine take_points
 
   !> Checks with --strict that the points of the block lie in the trained box; does nothing without --strict. Errors: a point lies
   !> outside; the first one is named.

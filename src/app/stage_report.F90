@@ -116,7 +116,7 @@ contains
     call warn('positions', warning, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) then
-        call log_warning('not converged at ' // format_point(problem%deck%parameters, points(:, i)) // ': ' // &
+        call log_warning('not converged at ' // format_point(problem%deck%state_parameters, points(:, i)) // ': ' // &
           reason_text(solved%states(i)%reason))
         cycle
       end if

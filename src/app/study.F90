@@ -20,7 +20,7 @@ module sig_study
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_point_checks, only: check_points
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
@@ -201,7 +201,7 @@ contains
   !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.
   !> Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no test section; those of build_points, of the loading of the
+  !> Errors are printed and set session%exit_code: the deck has no test section; those of build_states, of the loading of the
   !> problem, of check_points, read_own_model and validate; a file cannot be written. The exit code is that of "not converged" if a
   !> point has no full-order solution, or has one but no answer. A model that is not accepted gives a warning only. After a signal
   !> nothing is written.
@@ -236,7 +236,7 @@ contains
     call session%end_stage(error, outcome%is_stopped, 'nothing was written')
   end subroutine validate_stage
 
-  !> Builds the test points of the deck. Errors: it has none; those of build_points.
+  !> Builds the test points of the deck. Errors: it has none; those of build_states.
   subroutine build_test_points(deck, points, error)
     type(deck_config_t), intent(in) :: deck
     !> shape (n_parameters, n_points)
@@ -248,7 +248,7 @@ contains
         hint='for example: test: {sobol: 50, seed: 1}')
       return
     end if
-    call build_points(deck%test, deck%parameters, points, error)
+    call build_states(deck, deck%test, points, error)
   end subroutine build_test_points
 
   subroutine keep_validation(session, model, outcome, report, error, ierr)
@@ -402,7 +402,7 @@ contains
 
     has_sizes_of = model%n_dim == problem%mesh%n_dim .and. model%n_nodes == problem%mesh%n_nodes .and. &
       model%n_multipliers == problem%rows%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
-      size(model%parameter_names) == size(problem%deck%parameters)
+      size(model%parameter_names) == size(problem%deck%state_parameters)
     do i = 1, model%n_clusters()
       has_sizes_of = has_sizes_of .and. all(model%parts(i)%reduced%cells() <= size(problem%mesh%cell_types))
     end do

@@ -45,7 +45,7 @@ contains
         'is ' // to_text(entry%pairing_tolerance) // '; it must be greater than 0 and at most 0.5 (times the mesh size of first)')
       if (entry%has_search_distance .and. entry%search_distance <= 0) call tree%report_at(path // '.search_distance', &
         'is ' // to_text(entry%search_distance) // '; it must be greater than 0')
-      if (entry%has_initial_gap) call check_field(tree, path // '.initial_gap', config%parameters, entry%initial_gap)
+      if (entry%has_initial_gap) call check_field(tree, path // '.initial_gap', config, entry%initial_gap)
     end associate
   end subroutine check_contact
 
@@ -97,14 +97,14 @@ contains
         return
       end if
       do i = 1, size(obstacle%place)
-        call check_field(tree, key // '[' // to_text(i) // ']', config%parameters, obstacle%place(i))
+        call check_field(tree, key // '[' // to_text(i) // ']', config, obstacle%place(i))
       end do
       if (obstacle%type == 'half_space') then
         call check_direction(tree, path // '.obstacle.normal', obstacle%normal, model)
         if (model%is_round) call check_level(tree, path // '.obstacle.normal', obstacle%normal)
       else
         call check_direction(tree, path // '.direction', entry%direction, model)
-        call check_range(tree, path // '.obstacle.radius', config%parameters, obstacle%radius, 0.0_rk, huge(1.0_rk), &
+        call check_range(tree, path // '.obstacle.radius', config, obstacle%radius, 0.0_rk, huge(1.0_rk), &
           ' ' // config%units%length)
         if (model%is_round .and. size(obstacle%place) > 0) call check_on_axis(tree, key // '[1]', obstacle%place(1), &
           config%units%length)

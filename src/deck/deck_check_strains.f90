@@ -31,12 +31,12 @@ contains
       key = '.strain'
       if (strain%is_thermal) key = '.temperature'
       if (strain%has_field) key = '.factor'
-      call check_field(tree, path // key, config%parameters, strain%value)
+      call check_field(tree, path // key, config, strain%value)
       call check_products(tree, path // key, strain%value, 'an imposed ' // key(2:))
-      call check_field(tree, path // '.reference', config%parameters, strain%reference)
+      call check_field(tree, path // '.reference', config, strain%reference)
       do i = 1, size(strain%components)
         if (.not. strain%has_component(i)) cycle
-        call check_field(tree, path // '.strain.' // trim(model%strain_names(i)), config%parameters, strain%components(i))
+        call check_field(tree, path // '.strain.' // trim(model%strain_names(i)), config, strain%components(i))
         call check_products(tree, path // '.strain.' // trim(model%strain_names(i)), strain%components(i), 'an imposed strain')
       end do
     end associate

@@ -56,6 +56,7 @@ contains
     if (.not. config%validation%accepted_fields > 0) call tree%report_at('validation.accept_fields', &
       'is ' // to_text(config%validation%accepted_fields) // '; it must be greater than 0')
     call check_clusters(tree, config)
+    if (config%history%states%is_there()) call refuse_selection(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
@@ -159,6 +160,20 @@ contains
       end if
     end associate
   end subroutine check_clusters
+
+  !> Refuses what chooses single states of a history, or divides their box into cells.
+  subroutine refuse_selection(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    character(*), parameter :: reason = ' does not go with history; '
+
+    if (config%greedy%is_used) call tree%report_at('training.greedy', 'is given, and a greedy selection' // reason // &
+      'give the training points by grid, sobol, latin_hypercube or file')
+    if (config%clusters%target%is_used) call tree%report_at('clusters.target', 'is given, and a target' // reason // &
+      'give the number of clusters')
+    if (config%clusters%number /= 1 .and. config%clusters%method == 'regular') call tree%report_at('clusters', &
+      'has method: regular (the default), which' // reason // 'it needs the cells of a grid', 'use method: irregular')
+  end subroutine refuse_selection
 
   subroutine check_target(tree, config)
     type(deck_tree_t), intent(inout) :: tree

@@ -1,9 +1,10 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Checks of values that are expressions: they must be finite over the box of the parameters, some also within bounds.
 module sig_deck_check_values
-  use sig_deck_config, only: parameter_config_t, value_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: expression_t
+  use sig_history, only: states_of
   use sig_kinds, only: rk
   use sig_text, only: string_t, to_text
   implicit none(type, external)
@@ -18,15 +19,15 @@ contains
   !> Checks that an expression is finite at the middle and at the corners of the box of the parameters, as check_finite describes.
   !> An expression with coordinates is not checked here, but later on the mesh. Nothing is checked if a parameter has no valid
   !> range.
-  subroutine check_field(tree, path, parameters, value)
+  subroutine check_field(tree, path, config, value)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
     character(*), intent(in) :: path
-    type(parameter_config_t), intent(in) :: parameters(:)
+    type(deck_config_t), intent(in) :: config
     type(value_config_t), intent(in) :: value
 
-    if (has_box(parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, parameters, value)
+    if (has_box(config%parameters) .and. .not. value%uses_coordinates) call check_finite(tree, path, config, value)
   end subroutine check_field
 
   !> Whether min and max of all parameters could be read and each min is less than its max.
@@ -39,12 +40,12 @@ contains
 
   !> Checks that a number lies between two bounds. An expression must be finite and lie between them at the middle and at the
   !> corners of the box of the parameters, as check_finite describes; it is not checked if a parameter has no valid range.
-  subroutine check_range(tree, path, parameters, value, above, below, unit)
+  subroutine check_range(tree, path, config, value, above, below, unit)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
     character(*), intent(in) :: path
-    type(parameter_config_t), intent(in) :: parameters(:)
+    type(deck_config_t), intent(in) :: config
     type(value_config_t), intent(in) :: value
     !> the value must be greater than this
     real(rk), intent(in) :: above
@@ -56,8 +57,8 @@ contains
     if (value%is_constant) then
       if (value%constant <= above .or. value%constant >= below) &
         call tree%report_at(path, 'is ' // to_text(value%constant) // unit // range_text(value%constant, above, below))
-    else if (has_box(parameters)) then
-      call check_finite(tree, path, parameters, value, above, below, unit)
+    else if (has_box(config%parameters)) then
+      call check_finite(tree, path, config, value, above, below, unit)
     end if
   end subroutine check_range
 
@@ -77,10 +78,10 @@ contains
   !> divisions by zero are likely. Corners differ in the first 10 parameters of the expression; all other parameters are at their
   !> minimum there. Adds an error for the first of these points where it is not. Not checked: a constant, and an expression with a
   !> name that is no parameter or cannot be used.
-  subroutine check_finite(tree, path, parameters, value, above, below, unit)
+  subroutine check_finite(tree, path, config, value, above, below, unit)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
-    type(parameter_config_t), intent(in) :: parameters(:)
+    type(deck_config_t), intent(in) :: config
     type(value_config_t), intent(in) :: value
     !> bounds and unit as in check_range, all three or none; default: any finite value is allowed
     real(rk), intent(in), optional :: above
@@ -88,40 +89,73 @@ contains
     character(*), intent(in), optional :: unit
     type(expression_t) :: expression
     character(:), allocatable :: message
-    type(string_t) :: names(size(parameters))
-    real(rk) :: point(size(parameters)), result
-    integer, allocatable :: used(:)
-    integer :: i_corner, i, n_tried
+    real(rk), allocatable :: states(:, :)
+    real(rk) :: result
+    integer :: i
     logical :: is_valid
 
     if (value%is_constant) return
+    associate (all => config%state_parameters)
+      call expression%create(value%text, names_of(all), message)
+      ! a parameter with an invalid name, which was reported already
+      if (allocated(message)) return
+      call find_states(config, value, expression%used_places(), states)
+      do i = 1, size(states, 2)
+        call expression%evaluate(states(:, i), result, is_valid)
+        if (.not. is_valid) then
+          call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(all, states(:, i)))
+          exit
+        else if (present(above)) then
+          if (result > above .and. result < below) cycle
+          call tree%report_at(path, 'is ' // shown(value%text) // ', which is ' // to_text(result) // unit // &
+            ' at ' // point_text(all, states(:, i)) // range_text(result, above, below))
+          exit
+        end if
+      end do
+    end associate
+    call expression%destroy()
+  end subroutine check_finite
+
+  !> Finds the states at which an expression is tried: the middle and the corners of the box that check_finite describes, with a
+  !> history at all of its times; none where a table is not valid, which was reported already.
+  subroutine find_states(config, value, used_places, states)
+    type(deck_config_t), intent(in) :: config
+    type(value_config_t), intent(in) :: value
+    !> places of the names that the expression has among state_parameters
+    integer, intent(in) :: used_places(:)
+    !> shape (size(state_parameters), n_states)
+    real(rk), allocatable, intent(out) :: states(:, :)
+    integer, allocatable :: varied(:)
+    real(rk), allocatable :: corners(:, :)
+    character(:), allocatable :: fault
+    integer :: i, i_bad_point, k, n
+
+    n = size(config%parameters)
+    varied = pack(used_places, used_places <= n)
+    ! tables may depend on every parameter
+    if (value%uses_history) varied = [(i, i=1, n)]
+    varied = varied(:min(size(varied), max_corner_parameters))
+    allocate (corners(n, 0:2**size(varied)))
+    corners(:, 0) = config%parameters%minimum / 2 + config%parameters%maximum / 2
+    do i = 1, 2**size(varied)
+      corners(:, i) = config%parameters%minimum
+      do k = 1, size(varied)
+        if (btest(i - 1, k - 1)) corners(varied(k), i) = config%parameters(varied(k))%maximum
+      end do
+    end do
+    call states_of(config%history%states, names_of(config%parameters), corners, states, i_bad_point, fault)
+    if (allocated(fault)) states = states(:, :0)
+  end subroutine find_states
+
+  pure function names_of(parameters) result(names)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(string_t) :: names(size(parameters))
+    integer :: i
+
     do i = 1, size(parameters)
       names(i)%text = parameters(i)%name
     end do
-    call expression%create(value%text, names, message)
-    ! a parameter with an invalid name, which was reported already
-    if (allocated(message)) return
-    used = expression%used_places()
-    n_tried = min(size(used), max_corner_parameters)
-    point = parameters%minimum / 2 + parameters%maximum / 2
-    do i_corner = 0, 2**n_tried
-      call expression%evaluate(point, result, is_valid)
-      if (.not. is_valid) then
-        call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(parameters, point))
-        exit
-      else if (present(above)) then
-        is_valid = result > above .and. result < below
-        if (.not. is_valid) call tree%report_at(path, 'is ' // shown(value%text) // ', which is ' // to_text(result) // unit // &
-          ' at ' // point_text(parameters, point) // range_text(result, above, below))
-        if (.not. is_valid) exit
-      end if
-      if (i_corner == 0) point = parameters%minimum
-      do i = 1, n_tried
-        point(used(i)) = merge(parameters(used(i))%maximum, parameters(used(i))%minimum, btest(i_corner, i - 1))
-      end do
-    end do
-    call expression%destroy()
-  end subroutine check_finite
+  end function names_of
 
   !> Returns a point as text, `squeeze = 0.15 m, angle = 2.0`. All parameters are there, with their units if they have one.
   pure function point_text(parameters, point) result(text)

@@ -5,7 +5,7 @@ module sig_deck_checks
   use sig_deck_check_strains, only: check_imposed_strain, check_products
   use sig_deck_check_study, only: check_study
   use sig_deck_check_values, only: check_field, check_range
-  use sig_deck_config, only: deck_config_t, parameter_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t, value_config_t
   use sig_deck_echo_words, only: yaml_words
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: is_function_name, is_identifier
@@ -36,7 +36,11 @@ contains
     integer :: i
 
     do i = 1, size(config%parameters)
-      call check_parameter(tree, config%parameters(i))
+      call check_name(tree, 'parameters', config%parameters(i)%name)
+      call check_box(tree, config%parameters(i))
+    end do
+    do i = 1, size(config%history%states%tables)
+      call check_name(tree, 'history.tables', config%history%states%tables(i)%name)
     end do
     do i = 1, size(config%materials)
       call check_material(tree, config, i, stress_unit(config))
@@ -61,26 +65,36 @@ contains
     unit = config%units%force // '/' // config%units%length // '^2'
   end function stress_unit
 
-  subroutine check_parameter(tree, parameter)
+  !> Checks that the name of a parameter or a table can stand in expressions and in the tables of results.
+  subroutine check_name(tree, section, name)
+    type(deck_tree_t), intent(inout) :: tree
+    !> key path of the mapping whose key is the name
+    character(*), intent(in) :: section
+    character(*), intent(in) :: name
+    integer :: i_node
+
+    i_node = tree%find(tree%node_at(section), name)
+    if (.not. is_identifier(name)) then
+      call tree%report_key(i_node, tree%key_path(i_node) // &
+        ' cannot be used in expressions; a name is a letter, then letters, digits and _')
+    else if (is_function_name(name)) then
+      call tree%report_key(i_node, tree%key_path(i_node) // ' is the name of a function; choose another name')
+    else if (any(reserved_names == name) .or. any(yaml_words == lower(name)) .or. is_numbered_column(name)) then
+      call tree%report_key(i_node, tree%key_path(i_node) // ' is a reserved name; choose another name')
+    end if
+  end subroutine check_name
+
+  subroutine check_box(tree, parameter)
     type(deck_tree_t), intent(inout) :: tree
     type(parameter_config_t), intent(in) :: parameter
-    character(:), allocatable :: path, unit
+    character(:), allocatable :: unit
 
-    path = 'parameters.' // parameter%name
-    if (.not. is_identifier(parameter%name)) then
-      call report_name(tree, parameter%name, 'cannot be used in expressions; a name is a letter, then letters, digits and _')
-      return
-    end if
-    if (is_function_name(parameter%name)) call report_name(tree, parameter%name, 'is the name of a function; choose another name')
-    if (any(reserved_names == parameter%name) .or. any(yaml_words == lower(parameter%name)) .or. &
-        is_numbered_column(parameter%name)) &
-      call report_name(tree, parameter%name, 'is a reserved name; choose another name')
-    if (parameter%minimum < parameter%maximum) return
+    if (.not. is_identifier(parameter%name) .or. parameter%minimum < parameter%maximum) return
     unit = ''
     if (len(parameter%unit) > 0) unit = ' ' // parameter%unit
-    call tree%report_at(path // '.max', 'is ' // to_text(parameter%maximum) // unit // &
+    call tree%report_at('parameters.' // parameter%name // '.max', 'is ' // to_text(parameter%maximum) // unit // &
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
-  end subroutine check_parameter
+  end subroutine check_box
 
   !> Whether the name is that of a column of the table of predict, lambda_<number> or contact_<number>_..., or looks like one.
   pure logical function is_numbered_column(name)
@@ -92,17 +106,16 @@ contains
     if (index(name, contact) == 1 .and. len(name) > len(contact)) is_numbered_column = scan(name(len(contact) + 1:), digits) == 1
   end function is_numbered_column
 
-  !> Adds the error `parameters.<name> <message>` at the place of the key, because the key is wrong.
-  subroutine report_name(tree, name, message)
+  !> Adds an error if a constant of a material depends on the time or a table of the history.
+  subroutine refuse_history(tree, path, value)
     type(deck_tree_t), intent(inout) :: tree
-    !> name of a parameter of the deck
-    character(*), intent(in) :: name
-    character(*), intent(in) :: message
-    integer :: i_node
+    !> key path of the value
+    character(*), intent(in) :: path
+    type(value_config_t), intent(in) :: value
 
-    i_node = tree%find(tree%node_at('parameters'), name)
-    call tree%report_key(i_node, tree%key_path(i_node) // ' ' // message)
-  end subroutine report_name
+    if (value%uses_history) call tree%report_at(path, 'is ' // shown(value%text) // &
+      ', which depends on the time; constants of a material may depend on parameters only')
+  end subroutine refuse_history
 
   subroutine check_material(tree, config, i_material, unit)
     type(deck_tree_t), intent(inout) :: tree
@@ -115,10 +128,13 @@ contains
 
     associate (material => config%materials(i_material), materials => config%materials)
       path = 'materials.' // material%name
-      call check_range(tree, path // '.young_modulus', config%parameters, material%young_modulus, 0.0_rk, huge(1.0_rk), ' ' // unit)
-      call check_range(tree, path // '.poisson_ratio', config%parameters, material%poisson_ratio, -1.0_rk, 0.5_rk, '')
+      call refuse_history(tree, path // '.young_modulus', material%young_modulus)
+      call refuse_history(tree, path // '.poisson_ratio', material%poisson_ratio)
+      call refuse_history(tree, path // '.thermal_expansion', material%thermal_expansion)
+      call check_range(tree, path // '.young_modulus', config, material%young_modulus, 0.0_rk, huge(1.0_rk), ' ' // unit)
+      call check_range(tree, path // '.poisson_ratio', config, material%poisson_ratio, -1.0_rk, 0.5_rk, '')
       if (material%has_thermal_expansion) &
-        call check_field(tree, path // '.thermal_expansion', config%parameters, material%thermal_expansion)
+        call check_field(tree, path // '.thermal_expansion', config, material%thermal_expansion)
       do i = 1, size(material%regions)
         others: do j = 1, i_material - 1
           do k = 1, size(materials(j)%regions)
@@ -150,7 +166,7 @@ contains
           ! one message is enough: a deck may repeat the entry hundreds of times
           exit
         end do
-        call check_field(tree, path, config%parameters, config%boundary_conditions(i)%displacement(i_axis))
+        call check_field(tree, path, config, config%boundary_conditions(i)%displacement(i_axis))
       end do
     end do
   end subroutine check_displacements
@@ -168,16 +184,16 @@ contains
     associate (load => config%loads(i_load))
       key = '.traction.'
       if (load%is_body_force) key = '.body_force.'
-      if (load%has_pressure) call check_field(tree, path // '.pressure', config%parameters, load%pressure)
+      if (load%has_pressure) call check_field(tree, path // '.pressure', config, load%pressure)
       do i_axis = 1, 3
         if (.not. load%has_component(i_axis)) cycle
         associate (value => load%components(i_axis))
-          call check_field(tree, path // key // model%axes(i_axis), config%parameters, value)
+          call check_field(tree, path // key // model%axes(i_axis), config, value)
           if (load%is_body_force) call check_products(tree, path // key // model%axes(i_axis), value, 'a body force')
         end associate
       end do
-      if (load%has_minimum) call check_field(tree, path // '.window.min', config%parameters, load%minimum)
-      if (load%has_maximum) call check_field(tree, path // '.window.max', config%parameters, load%maximum)
+      if (load%has_minimum) call check_field(tree, path // '.window.min', config, load%minimum)
+      if (load%has_maximum) call check_field(tree, path // '.window.max', config, load%maximum)
       if (.not. (load%has_minimum .and. load%has_maximum)) return
       if (.not. (load%minimum%is_constant .and. load%maximum%is_constant)) return
       if (load%minimum%constant >= load%maximum%constant) call tree%report_at(path // '.window.max', 'is ' // &

@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The deck as data: one type per section, with every default and unit. Later layers check only what needs the mesh or a point.
 module sig_deck_config
+  use sig_history, only: history_t
   use sig_kinds, only: rk
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, material_config_t, value_config_t, name_config_t, &
+  public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, step_config_t, history_config_t, &
+    material_config_t, value_config_t, name_config_t, &
     load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t, boundary_config_t, contact_config_t, &
     solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
     target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t, validation_config_t
@@ -31,6 +33,8 @@ module sig_deck_config
     !> whether the text contains neither parameters nor coordinates
     logical :: is_constant = .true.
     logical :: uses_parameters = .false., uses_coordinates = .false.
+    !> whether it contains the time or a table of the history; they count as parameters, too
+    logical :: uses_history = .false.
     !> value of the text, if is_constant
     real(rk) :: constant = 0
     integer :: line = 0
@@ -42,6 +46,8 @@ module sig_deck_config
     character(:), allocatable :: length
     !> N, kN or MN: the unit of every force; stresses are force / length**2
     character(:), allocatable :: force
+    !> unit of the time, for people: us, ms, s, min, h, d or a; empty (default) = not given
+    character(:), allocatable :: time
   end type units_config_t
 
   type :: mesh_config_t
@@ -66,6 +72,24 @@ module sig_deck_config
     logical :: is_used = .true.
     integer :: line = 0
   end type parameter_config_t
+
+  !> A stretch of a history with some increments.
+  type :: step_config_t
+    !> [unit of time] end of the step, greater than that of the step before, or than 0
+    real(rk) :: until = 0
+    integer :: n_increments = 0
+    !> [-] > 0: the last increment over the first; default 1, equal increments
+    real(rk) :: growth = 1
+  end type step_config_t
+
+  !> Section history.
+  type :: history_config_t
+    !> tables, and the times of the states, which follow from the steps; none of both without the section
+    type(history_t) :: states
+    type(step_config_t), allocatable :: steps(:)
+    !> file of each table as written in the deck; empty = its nodes stand in the deck
+    type(string_t), allocatable :: files(:)
+  end type history_config_t
 
   type :: material_config_t
     character(:), allocatable :: name
@@ -390,6 +414,10 @@ module sig_deck_config
     type(units_config_t) :: units
     type(mesh_config_t) :: mesh
     type(parameter_config_t), allocatable :: parameters(:)
+    !> times and tables; none of both by default
+    type(history_config_t) :: history
+    !> what the numbers of a state are: the parameters and, with a history, the time and its tables; ranges of both follow from it
+    type(parameter_config_t), allocatable :: state_parameters(:)
     type(material_config_t), allocatable :: materials(:)
     type(boundary_config_t), allocatable :: boundary_conditions(:)
     !> loads and imposed strains; none by default

@@ -3,13 +3,13 @@
 !> the same configuration.
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
-    imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, output_config_t, &
-    parameter_config_t, reduction_config_t, target_config_t, value_config_t
+    history_config_t, imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, &
+    output_config_t, parameter_config_t, reduction_config_t, target_config_t, value_config_t
   use sig_deck_echo_points, only: candidate_set, point_set, training_set
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
-  use sig_text, only: join, string_t, to_text
+  use sig_text, only: join, read_real, string_t, to_text
   implicit none(type, external)
   private
   public :: echo_deck, echo_physics, differing_setting, reduction_section
@@ -26,7 +26,8 @@ contains
 
     yaml = 'title: ' // yaml_text(config%title) // eol // units_section(config) // &
       'mesh: {file: ' // yaml_text(config%mesh%file) // ', model: ' // config%mesh%model // ', length_unit: ' // &
-      config%mesh%length_unit // '}' // eol // parameters_section(config%parameters) // body_sections(config)
+      config%mesh%length_unit // '}' // eol // parameters_section(config%parameters) // &
+      history_section(config%history) // body_sections(config)
     if (size(config%loads) == 0) yaml = yaml // 'loads: []' // eol
     if (size(config%imposed_strains) == 0) yaml = yaml // 'imposed_strains: []' // eol
     yaml = yaml // &
@@ -43,17 +44,17 @@ contains
   end function echo_deck
 
   !> Returns the settings that determine the full-order answer at a parameter point: units, the mesh's model and length_unit, names
-  !> of the parameters, what body_sections returns, and whether motions that nothing holds are refused. All else is left out, such
-  !> as the ranges of the parameters, the solver, and path and content of the mesh file. A snapshot's provenance is the hash of this
-  !> text, of the mesh and of the fields, which the caller adds.
+  !> of the parameters of a state, what body_sections returns, and whether motions that nothing holds are refused. All else is left
+  !> out, such as the ranges of the parameters, times and tables (a state holds their values), the solver, and path and content of
+  !> the mesh file. A snapshot's provenance is the hash of this text, of the mesh and of the fields, which the caller adds.
   pure function echo_physics(config) result(text)
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: text
     integer :: i
 
     text = units_section(config) // config%mesh%model // ' ' // config%mesh%length_unit // eol
-    do i = 1, size(config%parameters)
-      text = text // config%parameters(i)%name // eol
+    do i = 1, size(config%state_parameters)
+      text = text // config%state_parameters(i)%name // eol
     end do
     text = text // body_sections(config)
     if (.not. config%solver%holds_unloaded_motions) text = text // 'hold_unloaded_motions: false' // eol
@@ -71,8 +72,8 @@ contains
     character(:), allocatable :: lines, line
     integer :: length
 
-    lines = parameters_section(config%parameters) // clusters_section(config%clusters, config%parameters) // &
-      reduction_section(config%reduction)
+    lines = parameters_section(config%parameters) // history_section(config%history) // &
+      clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
     do while (len(lines) > 0)
       length = index(lines, eol)
       line = lines(:length - 1)
@@ -87,7 +88,9 @@ contains
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: yaml
 
-    yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force // '}' // eol
+    yaml = 'units: {length: ' // config%units%length // ', force: ' // config%units%force
+    if (config%units%time /= '') yaml = yaml // ', time: ' // config%units%time
+    yaml = yaml // '}' // eol
   end function units_section
 
   !> Returns the sections materials, boundary_conditions, loads, imposed_strains and contact as YAML; each line ends with a line
@@ -130,6 +133,49 @@ contains
         to_text(parameters(i)%maximum) // ', unit: ' // yaml_text(parameters(i)%unit) // '}' // eol
     end do
   end function parameters_section
+
+  !> Returns the section history in one line; nothing without a history.
+  pure function history_section(history) result(yaml)
+    type(history_config_t), intent(in) :: history
+    character(:), allocatable :: yaml
+    type(string_t) :: steps(size(history%steps)), tables(size(history%states%tables))
+    integer :: i
+
+    yaml = ''
+    if (.not. history%states%is_there()) return
+    do i = 1, size(tables)
+      associate (table => history%states%tables(i))
+        tables(i)%text = yaml_text(table%name) // ': {time: ' // text_list(table%times) // ', value: ' // &
+          text_list(table%values) // '}'
+        if (history%files(i)%text /= '') tables(i)%text = yaml_text(table%name) // ': {file: ' // &
+          yaml_text(history%files(i)%text) // '}'
+      end associate
+    end do
+    do i = 1, size(steps)
+      associate (step => history%steps(i))
+        steps(i)%text = '{until: ' // to_text(step%until) // ', increments: ' // to_text(step%n_increments) // ', growth: ' // &
+          to_text(step%growth) // '}'
+      end associate
+    end do
+    yaml = 'history: {tables: {' // join(tables, ', ') // '}, steps: [' // join(steps, ', ') // ']}' // eol
+  end function history_section
+
+  !> Returns numbers and expressions as a list, `[0.0, "P/2"]`.
+  pure function text_list(texts) result(yaml)
+    type(string_t), intent(in) :: texts(:)
+    character(:), allocatable :: yaml
+    type(string_t) :: words(size(texts))
+    real(rk) :: number
+    integer :: i
+    logical :: is_number
+
+    do i = 1, size(texts)
+      words(i)%text = texts(i)%text
+      call read_real(texts(i)%text, number, is_number)
+      if (.not. is_number) words(i)%text = yaml_text(texts(i)%text)
+    end do
+    yaml = '[' // join(words, ', ') // ']'
+  end function text_list
 
   pure function material_entry(material) result(yaml)
     type(material_config_t), intent(in) :: material

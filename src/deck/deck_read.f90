@@ -4,6 +4,7 @@ module sig_deck_read
   use sig_deck_checks, only: check_deck
   use sig_deck_config, only: deck_config_t
   use sig_deck_parse, only: parse_deck
+  use sig_deck_read_history, only: check_tables, state_parameters
   use sig_deck_read_problem, only: read_problem
   use sig_deck_read_study, only: read_study
   use sig_deck_tree, only: deck_tree_t, root_node
@@ -79,15 +80,32 @@ contains
     call read_study(tree, config)
     call get_text(tree, root_node, 'petsc_options', .false., config%petsc_options)
     call tree%close_mapping(root_node)
-    if (size(tree%is_parameter_used) == size(config%parameters)) config%parameters%is_used = tree%is_parameter_used
+    call list_state_parameters(tree, config)
     call check_deck(tree, config)
   end subroutine read_sections
+
+  !> Sets state_parameters, and which of them expressions of the deck use. After an error their ranges may be empty.
+  subroutine list_state_parameters(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(inout) :: config
+    integer :: n
+    logical :: has_marks
+
+    n = size(config%parameters)
+    ! a name that cannot be used is an error, which check_deck adds; then the others need no marks
+    has_marks = size(tree%is_parameter_used) == n + config%history%states%n_values()
+    if (has_marks) config%parameters%is_used = tree%is_parameter_used(:n)
+    if (tree%errors%n_errors() == 0) call check_tables(tree, config%parameters, config%history)
+    config%state_parameters = state_parameters(config%parameters, config%history, tree%errors%n_errors() == 0)
+    if (has_marks) config%state_parameters(n + 1:)%is_used = tree%is_parameter_used(n + 1:)
+  end subroutine list_state_parameters
 
   !> Reports unknown keys of the deck itself, where its sections are not read because there are no parameters.
   subroutine report_unknown_sections(tree)
     type(deck_tree_t), intent(inout) :: tree
-    character(*), parameter :: others(14) = [character(19) :: 'materials', 'boundary_conditions', 'loads', 'imposed_strains', &
-      'contact', 'solver', 'training', 'test', 'clusters', 'reduction', 'certificate', 'validation', 'output', 'petsc_options']
+    character(*), parameter :: others(15) = [character(19) :: 'history', 'materials', 'boundary_conditions', 'loads', &
+      'imposed_strains', 'contact', 'solver', 'training', 'test', 'clusters', 'reduction', &
+      'certificate', 'validation', 'output', 'petsc_options']
     integer :: i, i_node
 
     do i = 1, size(others)

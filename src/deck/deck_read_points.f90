@@ -2,10 +2,10 @@
 !> Reads sets of points: the sections `training` and `test`, and candidates below other keys.
 module sig_deck_read_points
   use sig_deck_config, only: greedy_config_t, parameter_config_t, point_set_config_t
-  use sig_deck_read_problem, only: path_below
   use sig_deck_read_reduction, only: read_count_or_word, read_tolerance_or_none
   use sig_deck_tree, only: deck_tree_t, kind_scalar, root_node
   use sig_deck_values, only: get_choice, get_integer, get_mapping, get_word, integer_of
+  use sig_file_system, only: path_below
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
   private

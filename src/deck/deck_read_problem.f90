@@ -1,33 +1,35 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Reads the sections of a deck that define the problem: units, mesh, parameters, materials, boundary_conditions, loads,
-!> imposed_strains, contact.
+!> Reads the sections of a deck that define the problem: units, mesh, parameters, history, materials, boundary_conditions,
+!> loads, imposed_strains, contact.
 module sig_deck_read_problem
   use sig_deck_config, only: boundary_config_t, deck_config_t, material_config_t, &
     mesh_config_t, parameter_config_t, units_config_t
   use sig_deck_read_contact, only: read_contact
+  use sig_deck_read_history, only: read_history
   use sig_deck_read_loads, only: read_loads
   use sig_deck_read_strains, only: read_imposed_strains
   use sig_deck_tree, only: append_text, deck_tree_t, root_node
   use sig_deck_values, only: get_choice, get_list_entries, get_mapping, get_name, get_names, get_number, get_text, get_value, &
     get_word, is_mapping, value_of
   use sig_expression, only: is_function_name, is_identifier
-  use sig_file_system, only: directory_of
+  use sig_file_system, only: path_below
   use sig_kinds, only: rk
   use sig_mechanical_models, only: components_text, coordinate_names, mechanical_model, mechanical_model_t, mechanical_models
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: read_problem, path_below
+  public :: read_problem
 
   character(*), parameter :: length_units(4) = [character(2) :: 'm', 'cm', 'mm', 'um']
   character(*), parameter :: force_units(3) = [character(2) :: 'N', 'kN', 'MN']
+  character(*), parameter :: time_units(7) = [character(3) :: 'us', 'ms', 's', 'min', 'h', 'd', 'a']
   !> axes of all mechanical models
   character(*), parameter :: axes(4) = ['x', 'y', 'z', 'r']
 
 contains
 
-  !> Reads units, mesh, parameters, materials, boundary_conditions, loads, imposed_strains and contact into the configuration. A
-  !> harmless value replaces a faulty one. Returns after the parameters if there are none, which is an error.
+  !> Reads units, mesh, parameters, history, materials, boundary_conditions, loads, imposed_strains and contact into the
+  !> configuration. A harmless value replaces a faulty one. Returns after the parameters if there are none, which is an error.
   subroutine read_problem(tree, config)
     !> gets the errors, and the names of parameters and coordinates that expressions may use
     type(deck_tree_t), intent(inout) :: tree
@@ -39,6 +41,7 @@ contains
     call read_parameters(tree, config%parameters)
     ! the error was reported; every expression and grid would fail for the same reason
     if (size(config%parameters) == 0) return
+    call read_history(tree, config%parameters, config%units%time, config%history)
     call read_materials(tree, config%materials)
     tree%coordinate_names = coordinate_names(mechanical_model(config%mesh%model))
     call read_boundary_conditions(tree, mechanical_model(config%mesh%model), config%boundary_conditions)
@@ -57,10 +60,12 @@ contains
 
     units%length = 'm'
     units%force = 'N'
+    units%time = ''
     i_units = get_mapping(tree, root_node, 'units', .false.)
     if (i_units == 0) return
     call get_choice(tree, i_units, 'length', .false., length_units, units%length)
     call get_choice(tree, i_units, 'force', .false., force_units, units%force)
+    call get_choice(tree, i_units, 'time', .false., time_units, units%time)
     call tree%close_mapping(i_units)
   end subroutine read_units
 
@@ -87,21 +92,6 @@ contains
     mesh%column = tree%nodes(i_file)%column
   end subroutine read_mesh
 
-  !> Returns, for a path that is relative to the deck's folder, one that can be opened from the current directory: the deck's folder
-  !> stands before it. An absolute or empty path is unchanged, and any path if the deck is in the current directory.
-  pure function path_below(deck_path, path) result(openable)
-    !> path of the deck
-    character(*), intent(in) :: deck_path
-    !> path as written in the deck
-    character(*), intent(in) :: path
-    character(:), allocatable :: openable
-
-    openable = path
-    if (len(path) == 0) return
-    if (path(1:1) == '/' .or. directory_of(deck_path) == '.') return
-    openable = directory_of(deck_path) // '/' // path
-  end function path_below
-
   subroutine read_parameters(tree, parameters)
     type(deck_tree_t), intent(inout) :: tree
     type(parameter_config_t), allocatable, intent(out) :: parameters(:)
@@ -125,7 +115,8 @@ contains
       call tree%close_mapping(nodes(i))
     end do
     call offer_names(parameters, tree%parameter_names)
-    tree%is_parameter_used = [(.false., i=1, size(tree%parameter_names))]
+    tree%n_parameters = size(tree%parameter_names)
+    tree%is_parameter_used = [(.false., i=1, tree%n_parameters)]
   end subroutine read_parameters
 
   !> Sets the names that expressions may use. Names that muParser would refuse are left out; check_deck reports them.

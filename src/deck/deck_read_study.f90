@@ -6,10 +6,10 @@ module sig_deck_read_study
     validation_config_t
   use sig_deck_read_clusters, only: read_clusters
   use sig_deck_read_points, only: read_point_set
-  use sig_deck_read_problem, only: path_below
   use sig_deck_read_reduction, only: read_reduction
   use sig_deck_tree, only: deck_tree_t, kind_mapping, root_node
   use sig_deck_values, only: choice_of, get_choice, get_integer, get_list, get_mapping, get_number, get_word
+  use sig_file_system, only: path_below
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model
   implicit none(type, external)

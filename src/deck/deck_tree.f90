@@ -48,8 +48,10 @@ module sig_deck_tree
     !> file name for the messages
     character(:), allocatable :: path
     type(deck_node_t), allocatable :: nodes(:)
-    !> names of parameters that expressions may use; none before the parameters are read
+    !> names of parameters that expressions may use, then with a history those of the time and its tables; none before they are read
     type(string_t), allocatable :: parameter_names(:)
+    !> number of these names that belong to parameters
+    integer :: n_parameters = 0
     !> whether an expression that was read has the name, shape (size(parameter_names))
     logical, allocatable :: is_parameter_used(:)
     !> names of the model's coordinates, which some expressions may use, too

@@ -362,6 +362,7 @@ contains
     associate (places => expression%used_places(), n_parameters => size(tree%parameter_names))
       value%uses_parameters = any(places <= n_parameters)
       value%uses_coordinates = any(places > n_parameters)
+      value%uses_history = any(places > tree%n_parameters .and. places <= n_parameters)
       tree%is_parameter_used(pack(places, places <= n_parameters)) = .true.
     end associate
     value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates)

@@ -15,7 +15,7 @@ module sig_file_system
   public :: file_exists, is_directory, make_directories
   public :: read_text_file, write_text_file, remove_file, list_files
   public :: directory_lock_t, lock_directory, unlock_directory
-  public :: directory_of, base_name, program_folder
+  public :: directory_of, path_below, base_name, program_folder
 
   ! the same values as in file_system.h
   integer(c_int), parameter :: no_file = 0, plain_file = 1, directory = 2
@@ -211,6 +211,21 @@ contains
       folder = path(:i_slash - 1)
     end if
   end function directory_of
+
+  !> Returns, for a path in a deck that is relative to the deck's folder, one that can be opened from the current directory: the
+  !> deck's folder stands before it. An absolute or empty path is unchanged, and any path if the deck is in the current directory.
+  pure function path_below(deck_path, path) result(openable)
+    !> path of the deck
+    character(*), intent(in) :: deck_path
+    !> path as written in the deck
+    character(*), intent(in) :: path
+    character(:), allocatable :: openable
+
+    openable = path
+    if (len(path) == 0) return
+    if (path(1:1) == '/' .or. directory_of(deck_path) == '.') return
+    openable = directory_of(deck_path) // '/' // path
+  end function path_below
 
   !> Returns the folder of the running program, with links followed; empty if the system does not give it.
   function program_folder() result(folder)

@@ -6,10 +6,11 @@ module sig_accuracy_warnings
   use sig_contact_summary, only: contact_name
   use sig_deck_config, only: deck_config_t
   use sig_element_types, only: element_types
+  use sig_history, only: history_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_statistics, only: statistics_t, summarize
-  use sig_text, only: append_text, lost_digits, short_number, string_t, to_text
+  use sig_text, only: append_text, lost_digits, read_real, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: deck_warnings, open_contact_warnings, equilibrium_warning, motion_warning
@@ -46,20 +47,41 @@ contains
 
     allocate (warnings(0))
     call add_unused_warnings(deck, warnings)
+    call add_table_warnings(deck%history%states, warnings)
     call add_material_warnings(deck, mesh, material_of_cell, warnings)
   end function deck_warnings
 
-  !> Appends a warning for each parameter whose name no expression of the deck has.
+  !> Appends a warning for each parameter and each table whose name no expression of the deck has.
   pure subroutine add_unused_warnings(deck, warnings)
     type(deck_config_t), intent(in) :: deck
     type(string_t), allocatable, intent(inout) :: warnings(:)
     integer :: i
 
-    do i = 1, size(deck%parameters)
-      if (.not. deck%parameters(i)%is_used) call append_text(warnings, 'no expression of the deck uses the parameter ''' // &
-        deck%parameters(i)%name // ''': its value changes nothing')
+    do i = 1, size(deck%state_parameters)
+      if (.not. deck%state_parameters(i)%is_used) call append_text(warnings, 'no expression of the deck uses the ' // &
+        trim(merge('parameter', 'table    ', i <= size(deck%parameters))) // ' ''' // deck%state_parameters(i)%name // &
+        ''': its value changes nothing')
     end do
   end subroutine add_unused_warnings
+
+  !> Appends a warning for each table with a number as its last time if steps go further.
+  pure subroutine add_table_warnings(history, warnings)
+    type(history_t), intent(in) :: history
+    type(string_t), allocatable, intent(inout) :: warnings(:)
+    real(rk) :: last
+    integer :: i
+    logical :: is_number
+
+    if (.not. history%is_there()) return
+    do i = 1, size(history%tables)
+      associate (table => history%tables(i))
+        call read_real(table%times(size(table%times))%text, last, is_number)
+        if (.not. is_number .or. history%times(history%n_times()) <= last) cycle
+        call append_text(warnings, 'the steps go to the time ' // short_number(history%times(history%n_times())) // &
+          ', and the table ''' // table%name // ''' ends at ' // short_number(last) // ': from there on it keeps its last value')
+      end associate
+    end do
+  end subroutine add_table_warnings
 
   !> Returns a warning for each contact entry that is open at all points, that is, that has rows and no multiplier above 0. Empty
   !> without warnings.

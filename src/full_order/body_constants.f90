@@ -4,7 +4,7 @@
 !> other moduli to the first one. A variable of the interpolation is such a constant or its logarithm (to_variable).
 module sig_body_constants
   use sig_bodies, only: regions_of_body
-  use sig_deck_config, only: parameter_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t
   use sig_interpolated_constants, only: to_constant, to_variable
@@ -79,7 +79,7 @@ contains
 
     call check_box(problem, error)
     if (allocated(error)) return
-    points = points_of_box(problem%deck%parameters)
+    points = points_of_box(problem%deck)
     call evaluate_points(problem%material_terms, points, theta, i_bad_point, i_bad_source)
     allocate (constants(problem%motions%n_bodies))
     do i = 1, size(constants)
@@ -95,7 +95,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
 
     if (problem%has_fixed_stiffness) return
-    call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck%parameters), error)
+    call check_materials(problem%deck, problem%material_terms, points_of_box(problem%deck), error)
   end subroutine check_box
 
   !> Returns the degree of the interpolating polynomials of a body in a round of refinement: 3 in round 0 with one variable, 2 with
@@ -109,9 +109,20 @@ contains
     degree = merge(3, 2, size(self%numerators) == 1) + i_round
   end function degree
 
-  !> Returns points of the box of the parameters, shape (n_parameters, n_points): first its middle, then its corners (none with more
-  !> than 12 parameters) and n_samples points inside, the same in each call.
-  function points_of_box(parameters) result(points)
+  !> Returns points of the box of the parameters, shape (size(deck%state_parameters), n_points): first its middle, then its corners
+  !> (none with more than 12 parameters) and n_samples points inside, the same in each call. The time and its tables are 0 there,
+  !> because constants of materials do not depend on them.
+  function points_of_box(deck) result(states)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), allocatable :: states(:, :)
+
+    associate (points => points_inside(deck%parameters))
+      allocate (states(size(deck%state_parameters), size(points, 2)), source=0.0_rk)
+      states(:size(points, 1), :) = points
+    end associate
+  end function points_of_box
+
+  function points_inside(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
     real(rk), allocatable :: points(:, :)
     integer :: i, k, n_corners
@@ -130,7 +141,7 @@ contains
         inside(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * inside(:, i)
       end do
     end associate
-  end function points_of_box
+  end function points_inside
 
   subroutine find_constants(problem, i_body, theta, constants)
     type(problem_t), intent(in) :: problem

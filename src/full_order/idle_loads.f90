@@ -82,7 +82,7 @@ contains
       call make_error(error, 'the load on ''' // target%text // ''' drives the body ' // &
         body_name(problem%mesh, problem%motions, motion%i_body) // ', which nothing holds (' // &
         motion_text(problem%motions, motion%amplitudes(:, motion%i_body:motion%i_body), model%axes) // '), with ' // &
-        amount(of_load(i)) // others() // ' at ' // format_point(problem%deck%parameters, point), problem%deck%path, &
+        amount(of_load(i)) // others() // ' at ' // format_point(problem%deck%state_parameters, point), problem%deck%path, &
         target%line, target%column, 'prescribe a displacement that prevents this motion, or change the loads so that their ' // &
         'sum does not drive it at any point')
     end associate

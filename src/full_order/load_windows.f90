@@ -38,7 +38,7 @@ contains
         if (load%axis == 0 .or. depends_on_parameters(load)) cycle
         call find_boxes(deck, mesh, load, boxes, error)
         if (allocated(error)) return
-        bounds = bounds_at(deck, load, reshape([real(rk) ::], [size(deck%parameters), 1], pad=[0.0_rk]))
+        bounds = bounds_at(deck, load, reshape([real(rk) ::], [size(deck%state_parameters), 1], pad=[0.0_rk]))
         if (is_met(boxes, load, bounds(:, 1))) cycle
         call make_error(error, 'the window of loads[' // to_text(i) // '] loads nothing of ''' // load%target%text // ''': ' // &
           extent_text(deck, load, boxes), deck%path, load%target%line, load%target%column, &
@@ -73,7 +73,7 @@ contains
         k = findloc(is_missed, .true., dim=1)
         call append_text(warnings, 'the window of loads[' // to_text(i) // '] loads nothing of ''' // load%target%text // &
           ''' at ' // to_text(count(is_missed)) // ' of ' // to_text(size(is_missed)) // ' points, for instance at ' // &
-          format_point(deck%parameters, points(:, k)) // ': the window has ' // window_text(deck, load, bounds(:, k)) // &
+          format_point(deck%state_parameters, points(:, k)) // ': the window has ' // window_text(deck, load, bounds(:, k)) // &
           ', and ' // extent_text(deck, load, boxes))
       end associate
     end do
@@ -134,9 +134,9 @@ contains
     integer :: i
     logical :: is_valid
 
-    allocate (names(size(deck%parameters)))
+    allocate (names(size(deck%state_parameters)))
     do i = 1, size(names)
-      names(i)%text = deck%parameters(i)%name
+      names(i)%text = deck%state_parameters(i)%name
     end do
     call expression%create(bound%text, names, message)
     do i = 1, size(values)

@@ -5,7 +5,7 @@ module sig_materials
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_parameter_space, only: build_points, format_point
+  use sig_parameter_space, only: build_states, find_states, format_point
   use sig_point_batches, only: count_distinct
   use sig_term_set, only: start_terms, term_set_t
   use sig_term_values, only: evaluate_points
@@ -98,8 +98,12 @@ contains
     type(deck_config_t), intent(in) :: deck
     !> of create_material_terms
     type(term_set_t), intent(in) :: terms
+    real(rk), allocatable :: states(:, :)
+    type(error_t), allocatable :: error
 
-    n = per_stiffness(deck, terms, deck%output%points)
+    call find_states(deck, deck%output%points, states, error)
+    n = 0
+    if (.not. allocated(error)) n = per_stiffness(deck, terms, states)
     if (deck%has_training) n = max(n, min(n_points_of(deck, terms, deck%training), deck%greedy%max_points))
     if (deck%clusters%target%is_used) n = max(n, n_points_of(deck, terms, deck%clusters%target%candidates))
     if (deck%has_test) n = max(n, n_points_of(deck, terms, deck%test))
@@ -114,7 +118,7 @@ contains
     type(error_t), allocatable :: error
 
     n = 0
-    call build_points(point_set, deck%parameters, points, error)
+    call build_states(deck, point_set, points, error)
     if (allocated(error)) return
     n = per_stiffness(deck, terms, points)
   end function n_points_of
@@ -169,7 +173,8 @@ contains
       character(*), intent(in) :: wanted
 
       call make_error(error, 'materials.' // deck%materials(i)%name // '.' // key // ' is ''' // value%text // ''', which is ' // &
-        found // ' at ' // format_point(deck%parameters, points(:, i_point)) // '; ' // wanted, deck%path, value%line, value%column)
+        found // ' at ' // format_point(deck%state_parameters, points(:, i_point)) // '; ' // wanted, deck%path, &
+        value%line, value%column)
     end subroutine refuse
   end subroutine check_materials
 end module sig_materials

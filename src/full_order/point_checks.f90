@@ -58,7 +58,7 @@ contains
     associate (source => problem%terms%sources(i_source))
       if (source%axis > 0) of_window = ' or a bound of its window'
       call make_error(error, 'the expression ''' // source%text // '''' // of_window // ' is not finite at ' // &
-        format_point(problem%deck%parameters, point), problem%deck%path, source%line, source%column, &
+        format_point(problem%deck%state_parameters, point), problem%deck%path, source%line, source%column, &
         'change it or the range of the parameters')
     end associate
   end subroutine refuse_point
@@ -83,8 +83,9 @@ contains
       associate (contact => problem%deck%contact(problem%inert%contact_entry(k)))
         call make_error(error, 'the prescribed displacements and the gap press ' // pressed_text(problem, k, &
           to_text(-opening(k)) // ' ' // problem%deck%units%length) // ' at ' // &
-          format_point(problem%deck%parameters, point) // '; the displacements there are prescribed, so no contact force ' // &
-          'can change this', problem%deck%path, contact%first%line, contact%first%column, &
+          format_point(problem%deck%state_parameters, point) // &
+          '; the displacements there are prescribed, so no contact force can change this', problem%deck%path, &
+          contact%first%line, contact%first%column, &
           'the gap there is ' // to_text(gap(k)) // ' ' // problem%deck%units%length // &
           ': change it or the prescribed displacements, or narrow the parameter range')
       end associate

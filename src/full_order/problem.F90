@@ -344,7 +344,7 @@ contains
     problem%has_fixed_stiffness = has_fixed_stiffness(deck)
     call create_material_terms(deck, parameter_names(deck), problem%material_terms)
     call create_elastic_body(deck%mesh%model, ones, 0 * ones, material_of_cell, problem%body)
-    call set_materials(problem%material_terms, deck%parameters%minimum / 2 + deck%parameters%maximum / 2, problem%body)
+    call set_materials(problem%material_terms, deck%state_parameters%minimum / 2 + deck%state_parameters%maximum / 2, problem%body)
   end subroutine create_body
 
   !> Returns the bodies with their elastic constants at a point. Requires: check_points accepted the point.
@@ -480,9 +480,9 @@ contains
     type(string_t), allocatable :: names(:)
     integer :: i
 
-    allocate (names(size(deck%parameters)))
+    allocate (names(size(deck%state_parameters)))
     do i = 1, size(names)
-      names(i)%text = deck%parameters(i)%name
+      names(i)%text = deck%state_parameters(i)%name
     end do
   end function parameter_names
 
@@ -492,9 +492,9 @@ contains
     type(string_t), allocatable :: units(:)
     integer :: i
 
-    allocate (units(size(deck%parameters)))
+    allocate (units(size(deck%state_parameters)))
     do i = 1, size(units)
-      units(i)%text = deck%parameters(i)%unit
+      units(i)%text = deck%state_parameters(i)%unit
     end do
   end function parameter_units
 end module sig_problem

@@ -45,8 +45,9 @@ contains
       of_first = unheld
     end do
     if (n == 0) return
-    warning = 'at ' // format_point(deck%parameters, points(:, first))
-    if (n > 1) warning = 'at ' // to_text(n) // ' points, the first (' // format_point(deck%parameters, points(:, first)) // '),'
+    warning = 'at ' // format_point(deck%state_parameters, points(:, first))
+    if (n > 1) warning = 'at ' // to_text(n) // ' points, the first (' // &
+      format_point(deck%state_parameters, points(:, first)) // '),'
     warning = warning // ' no contact force holds ' // bodies_text(deck, mesh, motions, of_first) // ' one of many possible'
   end function unheld_warning
 

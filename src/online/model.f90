@@ -2,6 +2,7 @@
 !> A trained model as data: everything that a query or a description needs. Nothing here depends on a mesh file or a deck.
 module sig_model
   use sig_field_map, only: field_map_t
+  use sig_history, only: history_t
   use sig_idle_work, only: idle_work_t
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
@@ -61,12 +62,15 @@ module sig_model
     character(:), allocatable :: mesh_hash
     character(:), allocatable :: length_unit
     character(:), allocatable :: force_unit
+    !> names of the numbers of a state: the parameters and, with a history, behind them the time and its tables
     type(string_t), allocatable :: parameter_names(:)
     type(string_t), allocatable :: parameter_units(:)
     !> [unit of each parameter] minimum and maximum of each parameter in training, shape (2, n_parameters)
     real(rk), allocatable :: box(:, :)
     !> [unit of each parameter] shape (n_parameters, n_points)
     real(rk), allocatable :: training_points(:, :)
+    !> times and tables; none of both if the deck has no history
+    type(history_t) :: history
     !> the terms theta as functions of the parameters
     type(term_set_t) :: terms
     integer :: n_nodes = 0
@@ -106,6 +110,8 @@ module sig_model
     !> data for fields; empty where the deck did not ask for them
     type(field_map_t) :: fields
   contains
+    procedure :: n_given
+    procedure :: i_time
     procedure :: n_clusters
     procedure :: fallback
     procedure :: group_of
@@ -130,6 +136,9 @@ contains
     call fill_missing(model%parameter_names)
     call fill_missing(model%parameter_units)
     call fill_missing(model%box, 2)
+    call fill_missing(model%history%unit)
+    if (.not. allocated(model%history%times)) allocate (model%history%times(0))
+    if (.not. allocated(model%history%tables)) allocate (model%history%tables(0))
     call fill_missing(model%training_points, size(model%parameter_names))
     if (model%terms%n_terms() == 0) call start_terms(model%parameter_names, [string_t ::], .false., model%terms)
     call fill_missing(model%node_tags)
@@ -184,6 +193,21 @@ contains
 
     owner_tag = self%tags(self%starts(k) + 1)
   end function owner_tag
+
+  !> Returns the number of parameters that a user gives: without the time and the tables of a history.
+  pure integer function n_given(self)
+    class(model_t), intent(in) :: self
+
+    n_given = size(self%parameter_names) - self%history%n_values()
+  end function n_given
+
+  !> Returns the number of the time among the numbers of a state, 1-based; 0 without a history.
+  pure integer function i_time(self)
+    class(model_t), intent(in) :: self
+
+    i_time = 0
+    if (self%history%is_there()) i_time = self%n_given() + 1
+  end function i_time
 
   !> Returns the number of parts among which the choice selects: all parts but the fallback; 0 if there are no parts yet.
   pure integer function n_clusters(self)

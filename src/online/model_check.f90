@@ -4,6 +4,7 @@ module sig_model_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_expression, only: is_identifier
   use sig_field_map_file, only: field_map_fits
+  use sig_history_file, only: history_fits
   use sig_kinds, only: rk
   use sig_model, only: contact_side_t, model_sizes, model_t, validation_statistics_t
   use sig_shape_checks, only: is_matrix
@@ -18,7 +19,7 @@ contains
   !> values a query cannot use; empty when all fit. The name of an array of a part has the group of the part before it
   !> (`clusters/1/basis`). A model file may come from anywhere, so every value that indexes an array or controls a loop is checked
   !> here once. Requires: complete_model, or the model was read from a file.
-  pure function find_mismatch(model) result(name)
+  function find_mismatch(model) result(name)
     type(model_t), intent(in) :: model
     character(:), allocatable :: name
     integer :: i
@@ -30,6 +31,7 @@ contains
     if (.not. model%max_error >= 0) name = 'max_error'
     if (len(name) == 0) name = find_size_mismatch(model)
     if (len(name) == 0) name = find_parameter_mismatch(model)
+    if (len(name) == 0 .and. .not. history_fits(model%history, model%parameter_names)) name = 'history'
     if (len(name) == 0) name = find_contact_mismatch(model)
     if (len(name) == 0 .and. .not. field_map_fits(model%fields, model%n_dim, model%n_nodes, model%n_multipliers, &
       model%resultants%n_entries())) name = 'fields'

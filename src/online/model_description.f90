@@ -38,6 +38,9 @@ contains
         short_number(model%box(2, i)) // &
         ' ' // model%parameter_units(i)%text)
     end do
+    if (model%history%is_there()) text = text // line('history', counted(model%history%n_times(), 'time') // ' from ' // &
+      short_number(model%history%times(1)) // ' to ' // short_number(model%history%times(model%history%n_times())) // ' ' // &
+      model%history%unit)
     text = text // line('training points', to_text(size(model%training_points, 2))) // choice_line(model)
   end function parameter_lines
 

@@ -6,6 +6,7 @@ module sig_model_file
   use sig_hdf5_format, only: open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
+  use sig_history_file, only: read_history, write_history
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_model, only: complete_model, contact_side_t, model_format_version, model_t, oldest_model_format, &
@@ -86,6 +87,7 @@ contains
     call file%write('/parameters/minimum', model%box(1, :), description='lower end of the trained box')
     call file%write('/parameters/maximum', model%box(2, :), description='upper end of the trained box')
     call file%write('/parameters/training_points', model%training_points, description='training points, a point per row')
+    call write_history(file, '/history', model%history)
     call write_terms(file, '/terms', model%terms, length)
     call file%write('/mesh/node_tags', model%node_tags, description='tags of the mesh file, a node per entry')
     call file%write('/mesh/coordinates', model%coordinates, length, 'coordinates of the nodes, a node per row')
@@ -201,6 +203,7 @@ contains
     call file%read('/units/length', model%length_unit, error)
     call file%read('/units/force', model%force_unit, error)
     call read_parameters(file, model, error)
+    call read_history(file, '/history', model%history, error)
     call read_terms(file, '/terms', path, model%parameter_names, model%terms, error)
     call file%read('/mesh/node_tags', model%node_tags, error)
     call file%read('/mesh/coordinates', model%coordinates, error)

@@ -7,7 +7,7 @@ module sig_field_file
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_text, only: string_t, to_text
+  use sig_text, only: short_number, string_t, to_text
   use sig_text_buffer, only: text_buffer_t
   use sig_version, only: code_version
   use sig_xdmf, only: xdmf_field_t, xdmf_grid, xdmf_grid_t, xdmf_head, xdmf_mesh_t, xdmf_number_t, xdmf_tail
@@ -38,6 +38,10 @@ module sig_field_file
     character(:), allocatable :: group
     type(string_t), allocatable :: parameter_names(:)
     type(string_t), allocatable :: parameter_units(:)
+    integer :: i_time = 0
+    !> times of viewers: of the last point, and where the times of the present history begin
+    real(rk) :: time = 0
+    real(rk) :: time_offset = 0
     type(error_t), allocatable :: error
   contains
     procedure :: create
@@ -56,7 +60,7 @@ module sig_field_file
 contains
 
   !> Starts the files, which get their names at close, and writes the mesh. Errors: the HDF5 file cannot be created.
-  subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error)
+  subroutine create(self, path, mesh, length_unit, parameter_names, parameter_units, error, i_time)
     class(field_file_t), intent(inout) :: self
     !> path of the HDF5 file, which ends with .h5; the XDMF file beside it ends with .xdmf
     character(*), intent(in) :: path
@@ -66,6 +70,8 @@ contains
     !> units in the order of the names
     type(string_t), intent(in) :: parameter_units(:)
     type(error_t), allocatable, intent(out) :: error
+    !> number of the parameter that is the time of viewers; 0 (default): the number of the point is their time
+    integer, intent(in), optional :: i_time
 
     self%path = path
     self%group = ''
@@ -73,6 +79,10 @@ contains
     self%parameter_units = parameter_units
     if (allocated(self%error)) deallocate (self%error)
     self%n_points = 0
+    self%i_time = 0
+    if (present(i_time)) self%i_time = i_time
+    self%time = 0
+    self%time_offset = 0
     call start_grid(self, 'mesh')
     call self%xdmf%clear()
     call self%xdmf%add(xdmf_head())
@@ -98,6 +108,7 @@ contains
 
     if (self%n_points > 0) call end_grid(self)
     self%n_points = self%n_points + 1
+    call set_time(self, parameters)
     write (number, '(i0.4)') self%n_points
     self%group = '/points/' // trim(number)
     call start_grid(self, label)
@@ -109,6 +120,26 @@ contains
       call note_number(self, self%parameter_names(i)%text, parameters(i), self%parameter_units(i)%text)
     end do
   end subroutine start_point
+
+  !> Returns the time of viewers of the present point as text; `1` for a file without points.
+  pure function time_text(self) result(text)
+    class(field_file_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    text = to_text(max(1, self%n_points))
+    if (self%i_time > 0 .and. self%n_points > 0) text = short_number(self%time, 15)
+  end function time_text
+
+  !> Sets the time of viewers for the next point to the value of the parameter i_time. Where this value does not grow, the next
+  !> history begins: its times follow those before, because viewers need times that ascend.
+  subroutine set_time(self, parameters)
+    class(field_file_t), intent(inout) :: self
+    real(rk), intent(in) :: parameters(:)
+
+    if (self%i_time == 0) return
+    if (self%time_offset + parameters(self%i_time) <= self%time) self%time_offset = self%time
+    self%time = self%time_offset + parameters(self%i_time)
+  end subroutine set_time
 
   !> Starts the description of a grid, which has no fields and numbers yet. Writes nothing.
   subroutine start_grid(self, label)
@@ -124,7 +155,7 @@ contains
   subroutine end_grid(self)
     class(field_file_t), intent(inout) :: self
 
-    call self%xdmf%add(xdmf_grid(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grid, max(1, self%n_points)))
+    call self%xdmf%add(xdmf_grid(self%path(index(self%path, '/', back=.true.) + 1:), self%mesh, self%grid, time_text(self)))
   end subroutine end_grid
 
   !> Adds a number of the present point, e.g. a resultant: a scalar in the HDF5 file and field data for viewers.

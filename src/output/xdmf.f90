@@ -95,20 +95,19 @@ contains
     end do
   end function topology_name
 
-  !> Returns the text of the grid of one parameter point: mesh, fields, numbers. Its "time" is the number of the point, counted from
-  !> 1.
-  pure function xdmf_grid(h5_name, mesh, grid, i_grid) result(text)
+  !> Returns the text of the grid of one parameter point: mesh, fields, numbers.
+  pure function xdmf_grid(h5_name, mesh, grid, time) result(text)
     !> name of the HDF5 file as seen from the folder of the XDMF file
     character(*), intent(in) :: h5_name
     type(xdmf_mesh_t), intent(in) :: mesh
     type(xdmf_grid_t), intent(in) :: grid
-    !> number of the point, 1-based
-    integer, intent(in) :: i_grid
+    !> time of the grid in viewers
+    character(*), intent(in) :: time
     character(:), allocatable :: text
     integer :: i, n_values
 
     text = '      <Grid Name="' // escaped(grid%label) // '" GridType="Uniform">' // nl // &
-      '        <Time Value="' // to_text(i_grid) // '"/>' // nl // mesh_text(escaped(h5_name), mesh)
+      '        <Time Value="' // time // '"/>' // nl // mesh_text(escaped(h5_name), mesh)
     do i = 1, size(grid%fields)
       n_values = merge(mesh%n_cells, mesh%n_nodes, grid%fields(i)%is_cell_field)
       text = text // field_text(escaped(h5_name), grid%fields(i), n_values)

@@ -1,8 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Builds the points of a deck: tensor grids, sequences, lists from CSV files. Writes points as text for people.
 module sig_parameter_space
-  use sig_deck_config, only: parameter_config_t, point_set_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t, point_set_config_t
   use sig_errors, only: error_t, make_error
+  use sig_history, only: states_of
   use sig_kinds, only: rk
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_log, only: log_warning
@@ -13,7 +14,7 @@ module sig_parameter_space
   use sig_text, only: counted, join, short_number, string_t, to_text
   implicit none(type, external)
   private
-  public :: all_points, build_points, format_point, point_index
+  public :: all_points, build_points, build_states, find_states, format_point, point_index
 
   !> digits that are enough to tell points apart; more would show the rounding of grid values
   integer, parameter :: point_digits = 10
@@ -37,8 +38,6 @@ contains
     !> [unit of each parameter] shape (n_parameters, n_points)
     real(rk), allocatable, intent(out) :: points(:, :)
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: names(size(parameters))
-    integer :: i_parameter
 
     if (allocated(point_set%grid)) then
       points = grid_points(point_set%grid, parameters%minimum, parameters%maximum)
@@ -48,14 +47,52 @@ contains
       points = in_box(latin_hypercube_points(size(parameters), point_set%n_latin_hypercube, point_set%seed), parameters)
     end if
     if (.not. allocated(point_set%path)) return
-    do i_parameter = 1, size(parameters)
-      names(i_parameter)%text = parameters(i_parameter)%name
-    end do
-    call read_points(point_set%path, names, points, error, transpose(reshape([parameters%minimum, parameters%maximum], &
-      [size(parameters), 2])))
+    call read_points(point_set%path, names_of(parameters), points, error, &
+      transpose(reshape([parameters%minimum, parameters%maximum], [size(parameters), 2])))
     if (allocated(error)) return
     call drop_repeats(point_set%path, points)
   end subroutine build_points
+
+  !> Builds the states that a deck asks for: those of all points of a set. Errors: those of build_points and find_states.
+  subroutine build_states(deck, point_set, states, error)
+    type(deck_config_t), intent(in) :: deck
+    !> a section of this deck
+    type(point_set_config_t), intent(in) :: point_set
+    !> shape (size(deck%state_parameters), n_states)
+    real(rk), allocatable, intent(out) :: states(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: points(:, :)
+
+    call build_points(point_set, deck%parameters, points, error)
+    if (.not. allocated(error)) call find_states(deck, points, states, error)
+  end subroutine build_states
+
+  !> Finds the states of points: without a history the points themselves, otherwise all times of the first point, then those of the
+  !> second one, and so on. Errors: a table of the history has no finite values at a point, or its times do not ascend there.
+  subroutine find_states(deck, points, states, error)
+    type(deck_config_t), intent(in) :: deck
+    !> shape (size(deck%parameters), n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (size(deck%state_parameters), n_states)
+    real(rk), allocatable, intent(out) :: states(:, :)
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: fault
+    integer :: i_bad_point
+
+    call states_of(deck%history%states, names_of(deck%parameters), points, states, i_bad_point, fault)
+    if (allocated(fault)) call make_error(error, fault // ' at ' // format_point(deck%parameters, points(:, i_bad_point)), &
+      deck%path)
+  end subroutine find_states
+
+  pure function names_of(parameters) result(names)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    type(string_t) :: names(size(parameters))
+    integer :: i
+
+    do i = 1, size(parameters)
+      names(i)%text = parameters(i)%name
+    end do
+  end function names_of
 
   !> Keeps the first of equal points (point_index), and warns if it left points out.
   subroutine drop_repeats(path, points)

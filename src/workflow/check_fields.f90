@@ -60,7 +60,7 @@ contains
     call evaluate_points(problem%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
     ! the check of the points has reported it
     if (i_bad_point > 0) theta = 0
-    call file%start_point(format_point(problem%deck%parameters, point), point)
+    call file%start_point(format_point(problem%deck%state_parameters, point), point)
     call write_cell_fields(cells, shares, file)
     call write_driving_fields(problem, theta(:, 1), file)
     if (problem%strains%are_there() .and. i_bad_point == 0) call write_strains(problem, point, cells%mesh%n_cells, file)

@@ -85,7 +85,7 @@ contains
       end associate
     end do
     call self%file%create(folder // '/contact.h5', self%mesh, model%length_unit, model%parameter_names, model%parameter_units, &
-      error)
+      error, model%i_time())
     if (allocated(error)) return
     call self%file%add_shared_array('mesh/nodes', self%nodes, '-', 'of the mesh of the bodies, 1-based')
     call self%file%add_shared_array('mesh/node_tags', model%node_tags(self%nodes), '-', 'of the mesh file')

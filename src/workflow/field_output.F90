@@ -168,7 +168,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(training_set_t) :: none
 
-    allocate (none%parameters(size(problem%deck%parameters), 0))
+    allocate (none%parameters(size(problem%deck%state_parameters), 0))
     call fill_model_header(problem, none, header)
     call create_field_map(problem, header%fields, error)
   end subroutine describe_problem

@@ -47,7 +47,7 @@ contains
 
     self%wanted = wanted
     call self%file%create(folder // '/fields.h5', mesh_of(model), model%length_unit, model%parameter_names, &
-      model%parameter_units, error)
+      model%parameter_units, error, model%i_time())
     if (allocated(error)) return
     call self%surfaces%create(model, wanted%has_contact, folder, error)
     if (allocated(error)) return

@@ -74,7 +74,7 @@ contains
     allocate (failed(0))
     do i = 1, size(set%reasons)
       if (set%reasons(i) == reason_converged) cycle
-      call append_text(failed, format_point(deck%parameters, set%parameters(:, i)) // ': ' // reason_text(set%reasons(i)))
+      call append_text(failed, format_point(deck%state_parameters, set%parameters(:, i)) // ': ' // reason_text(set%reasons(i)))
     end do
     call report%add('sampling/not_converged', failed)
     call report_statistics(report, 'iterations/full_order', real(set%n_iterations, rk))
@@ -247,7 +247,7 @@ contains
 
     do i = 1, size(states)
       key = 'points/' // to_text(i) // '/'
-      call report%add(key // 'point', format_point(deck%parameters, points(:, i)))
+      call report%add(key // 'point', format_point(deck%state_parameters, points(:, i)))
       call report%add(key // 'status', reason_text(states(i)%reason))
       call report%add(key // 'iterations', states(i)%n_iterations)
       call report%add(key // 'linear_iterations', states(i)%n_linear_iterations)

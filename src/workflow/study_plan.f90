@@ -7,7 +7,7 @@ module sig_study_plan
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_memory, only: memory_text
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
   use sig_solver_costs, only: condensed_cost, cost_t, operator(+), point_cost, problem_size_t, solves_cost, times
@@ -60,7 +60,7 @@ contains
     real(rk), allocatable :: points(:, :)
 
     n = 0
-    call build_points(point_set, deck%parameters, points, error)
+    call build_states(deck, point_set, points, error)
     if (allocated(error)) return
     n = size(points, 2)
   end function n_points_of

@@ -521,7 +521,7 @@ PLANTED = [
     ),
     # snapshots
     Planted(
-        SRC + "snapshots/csv_fields.f90",
+        SRC + "files/csv_fields.f90",
         "if (has_quotes .and. line(i:i) == '\"') is_inside",
         "if (line(i:i) == '\"') is_inside",
         "quotes count in the middle of a text, too",

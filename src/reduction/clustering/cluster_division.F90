@@ -81,8 +81,9 @@ contains
 
     PetscCall(find_identical(snapshots, lengths, PETSC_COMM_WORLD, i_snapshot, i_earlier, ierr))
     if (i_snapshot == 0) return
-    call log_warning('the snapshots at ' // format_point(deck%parameters, snapshots%parameters(:, i_earlier)) // ' and at ' // &
-      format_point(deck%parameters, snapshots%parameters(:, i_snapshot)) // ' are equal; one of them adds no information')
+    call log_warning('the snapshots at ' // format_point(deck%state_parameters, snapshots%parameters(:, i_earlier)) // &
+      ' and at ' // format_point(deck%state_parameters, snapshots%parameters(:, i_snapshot)) // &
+      ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
   !> Clusters the cells of the grid by the principal angles between their POD modes, merges small clusters if the deck asks for it,

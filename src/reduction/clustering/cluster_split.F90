@@ -133,7 +133,9 @@ contains
 
     if (allocated(choice%labels)) return
     choice%cells%n_values = deck%training%grid
-    choice%cells%box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
+    associate (parameters => deck%state_parameters)
+      choice%cells%box = transpose(reshape([parameters%minimum, parameters%maximum], [size(parameters), 2]))
+    end associate
     allocate (choice%labels(choice%cells%n_cells()), source=1)
   end subroutine need_labels
 

@@ -331,7 +331,7 @@ contains
       text = 'the contact forces have relative errors of up to ' // short_number(data%measured_error) // ' at the training points'
     else
       text = 'the model has no answer at the training point ' // &
-        format_point(problem%deck%parameters, solved%parameters(:, data%worst_point))
+        format_point(problem%deck%state_parameters, solved%parameters(:, data%worst_point))
     end if
   end function error_text
 

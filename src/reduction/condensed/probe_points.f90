@@ -1,9 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Points in the box of the parameters at which training asks a model, beside the training points. They do not depend on the deck.
 module sig_probe_points
-  use sig_deck_config, only: parameter_config_t
+  use sig_deck_config, only: deck_config_t, parameter_config_t
+  use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_latin_hypercube, only: latin_hypercube_points
+  use sig_parameter_space, only: find_states
   use sig_problem, only: problem_t
   use sig_term_values, only: evaluate_points
   implicit none(type, external)
@@ -24,19 +26,40 @@ contains
     real(rk), allocatable, intent(out) :: theta(:, :)
     !> number of the nearest training point of each probe, from whose active set a query starts; shape (n_probes)
     integer, allocatable, intent(out) :: nearest(:)
-    real(rk) :: points(size(problem%deck%parameters), n_probes)
+    real(rk), allocatable :: points(:, :)
     integer :: i, i_bad_point, i_bad_source
 
-    points = latin_hypercube_points(size(points, 1), n_probes, 1)
-    associate (parameters => problem%deck%parameters)
-      do i = 1, n_probes
-        points(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * points(:, i)
-      end do
-      call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
-      if (i_bad_point > 0) theta = theta(:, :i_bad_point - 1)
-      nearest = [(nearest_of(parameters, training_points, points(:, i)), i=1, size(theta, 2))]
-    end associate
+    points = probes_in(problem%deck)
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    if (i_bad_point > 0) theta = theta(:, :i_bad_point - 1)
+    nearest = [(nearest_of(problem%deck%state_parameters, training_points, points(:, i)), i=1, size(theta, 2))]
   end subroutine find_probes
+
+  !> Returns 200 points of the box by a Latin hypercube, with a history one state of each, whose time is a further coordinate of the
+  !> hypercube; none where a table is not valid. Shape (size(deck%state_parameters), n).
+  function probes_in(deck) result(probes)
+    type(deck_config_t), intent(in) :: deck
+    real(rk), allocatable :: probes(:, :)
+    real(rk) :: places(size(deck%parameters) + 1, n_probes)
+    real(rk), allocatable :: states(:, :)
+    type(error_t), allocatable :: error
+    integer :: i, n, n_times
+
+    n = size(deck%parameters)
+    n_times = max(1, deck%history%states%n_times())
+    places(:n + min(1, n_times - 1), :) = latin_hypercube_points(n + min(1, n_times - 1), n_probes, 1)
+    if (n_times == 1) places(n + 1, :) = 0
+    do i = 1, n_probes
+      places(:n, i) = deck%parameters%minimum + (deck%parameters%maximum - deck%parameters%minimum) * places(:n, i)
+    end do
+    allocate (probes(size(deck%state_parameters), n_probes))
+    do i = 1, n_probes
+      call find_states(deck, places(:n, i:i), states, error)
+      if (allocated(error)) exit
+      probes(:, i) = states(:, 1 + int(places(n + 1, i) * n_times))
+    end do
+    if (allocated(error)) probes = probes(:, :0)
+  end function probes_in
 
   !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box; of equal ones
   !> the first.

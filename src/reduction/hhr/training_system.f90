@@ -71,7 +71,7 @@ contains
     real(rk), allocatable :: theta(:, :)
     integer :: i, i_bad_point, i_bad_source
 
-    associate (parts => problem%stiffness_terms, varying => cluster%varying, parameters => problem%deck%parameters)
+    associate (parts => problem%stiffness_terms, varying => cluster%varying, parameters => problem%deck%state_parameters)
       allocate (varying%kinds(size(parts)), varying%young_terms(size(parts)), varying%poisson_terms(size(parts)))
       allocate (varying%reference(size(parts)), varying%parts(cluster%n_modes**2, size(parts)))
       allocate (varying%lifting_parts(cluster%n_modes * size(cluster%lifted_terms), size(parts)))

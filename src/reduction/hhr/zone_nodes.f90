@@ -1,11 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Zones of interest: nodes that are added to the reduced integration domain because the deck names them or because they are loaded.
 module sig_zone_nodes
-  use sig_deck_config, only: parameter_config_t, point_set_config_t
+  use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
   use sig_mesh_checks, only: nodes_of_boundary, nodes_of_zone
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_term_values, only: term_values_t
   implicit none(type, external)
@@ -61,7 +61,7 @@ contains
     is_zone = .false.
     is_loaded = has_load(problem, training_points)
     if (size(problem%deck%parameters) <= max_corner_parameters) then
-      is_loaded_at_corner = has_load(problem, corners(problem%deck%parameters))
+      is_loaded_at_corner = has_load(problem, corners(problem%deck))
       is_loaded = is_loaded .or. is_loaded_at_corner
     end if
     do i = 1, size(problem%deck%loads)
@@ -73,15 +73,16 @@ contains
     nodes = pack([(i, i=1, size(is_zone))], is_zone)
   end subroutine find_loaded_nodes
 
-  !> Returns the corners of the box of the parameters, shape (n_parameters, 2**n_parameters).
-  function corners(parameters) result(points)
-    type(parameter_config_t), intent(in) :: parameters(:)
+  !> Returns the corners of the box of the parameters, with a history all states there; none where a table is not valid.
+  function corners(deck) result(points)
+    type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: points(:, :)
     type(point_set_config_t) :: both_ends
     type(error_t), allocatable :: error
 
-    both_ends%grid = spread(2, 1, size(parameters))
-    call build_points(both_ends, parameters, points, error)
+    both_ends%grid = spread(2, 1, size(deck%parameters))
+    call build_states(deck, both_ends, points, error)
+    if (allocated(error)) allocate (points(size(deck%state_parameters), 0))
   end function corners
 
   !> Whether a load, body forces included, has a force on each node that is not zero at one of the points. Forces of several terms

@@ -316,7 +316,7 @@ contains
     type(contact_state_t), intent(inout) :: state
     type(answer_t) :: answer
 
-    call self%model%ask(theta, nearest_of(problem%deck%parameters, self%points, point), self%room, answer)
+    call self%model%ask(theta, nearest_of(problem%deck%state_parameters, self%points, point), self%room, answer)
     state%reason = answer%reason
     if (answer%reason <= 0) return
     state%reason = reason_converged

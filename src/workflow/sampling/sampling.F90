@@ -11,7 +11,7 @@ module sig_sampling
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
   use sig_materials, only: varying_constants
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_point_batches, only: deal_points, point_batches_t
   use sig_point_checks, only: check_points
   use sig_problem, only: announce_plan, problem_t
@@ -66,7 +66,7 @@ contains
 
   !> Solves a set of points of the deck and keeps the solutions in a store. Collective on all ranks; errors are known to all.
   !>
-  !> Errors: those of build_points and solve_missing.
+  !> Errors: those of build_states and solve_missing.
   subroutine sample(full_order, point_set, store, outcome, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -80,7 +80,7 @@ contains
     real(rk), allocatable :: points(:, :)
 
     ierr = 0
-    call build_points(point_set, full_order%problem%deck%parameters, points, error)
+    call build_states(full_order%problem%deck, point_set, points, error)
     if (allocated(error)) return
     PetscCall(sampler%create(full_order, size(points, 2), ierr))
     PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))

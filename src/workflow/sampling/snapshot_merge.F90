@@ -229,7 +229,7 @@ contains
     if (size(set%reasons) == 0) return
     n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_free_responses = size(set%free_response, 2)
-    if (size(set%parameter_names) /= size(problem%deck%parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
+    if (size(set%parameter_names) /= size(problem%deck%state_parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
       all(set%n_dofs /= [0, n_dofs]) .or. n_free_responses > size(problem%lifted_terms)) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')

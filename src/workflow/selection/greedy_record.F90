@@ -10,7 +10,7 @@ module sig_greedy_record
   use sig_errors, only: error_t, make_error
   use sig_greedy_rules, only: box_of
   use sig_kinds, only: rk
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_problem, only: parameter_names, problem_t
   use sig_selection, only: read_selection, selection_t, write_selection
   use sig_snapshot_merge, only: find_finished_points, snapshot_store, store_t
@@ -121,7 +121,7 @@ contains
   !> Finds the training points: those of the deck or, with a greedy selection, those that it has chosen among them, in the order of
   !> the choice. Local; the same on all ranks.
   !>
-  !> Errors: those of build_points; there is no finished selection with these settings and limits in selection.csv, or it cannot be
+  !> Errors: those of build_states; there is no finished selection with these settings and limits in selection.csv, or it cannot be
   !> read.
   subroutine training_points(problem, folder, points, selection, error)
     type(problem_t), intent(in) :: problem
@@ -133,7 +133,7 @@ contains
     type(selection_t), intent(out) :: selection
     type(error_t), allocatable, intent(out) :: error
 
-    call build_points(problem%deck%training, problem%deck%parameters, points, error)
+    call build_states(problem%deck, problem%deck%training, points, error)
     if (allocated(error) .or. .not. problem%deck%greedy%is_used) return
     call begin_selection(problem, points, folder, selection, error)
     if (allocated(error)) return

@@ -23,7 +23,7 @@ contains
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: box(:, :)
 
-    box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
+    box = transpose(reshape([deck%state_parameters%minimum, deck%state_parameters%maximum], [size(deck%state_parameters), 2]))
   end function box_of
 
   !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others. The first
@@ -142,6 +142,6 @@ contains
     real(rk), intent(in) :: point(:)
 
     call log_info('greedy point ' // to_text(i_point) // ': ' // what // ' ' // csv_number(indicator) // ' at ' // &
-      format_point(deck%parameters, point))
+      format_point(deck%state_parameters, point))
   end subroutine log_choice
 end module sig_greedy_rules

@@ -8,7 +8,7 @@ module sig_greedy_selection
   use sig_greedy_record, only: begin_selection, is_complete
   use sig_kinds, only: rk
   use sig_log, only: log_info
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
@@ -41,7 +41,7 @@ contains
 
     ierr = 0
     associate (deck => full_order%problem%deck)
-      call build_points(deck%training, deck%parameters, candidates, error)
+      call build_states(deck, deck%training, candidates, error)
       if (allocated(error)) return
       if (size(candidates, 2) < deck%greedy%n_initial) then
         call make_error(error, 'the greedy selection begins with ' // counted(deck%greedy%n_initial, 'point') // &

@@ -17,7 +17,7 @@ module sig_model_building
   use sig_model, only: model_t
   use sig_model_parts, only: compliance_of, set_fallback
   use sig_model_header, only: fill_model_header
-  use sig_parameter_space, only: build_points
+  use sig_parameter_space, only: build_states
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_text
@@ -272,7 +272,7 @@ contains
   !> Reads the solved candidates of clusters.target, those that did not converge included; each rank gets some of their dofs.
   !> Collective on all ranks.
   !>
-  !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates; those of build_points.
+  !> Errors: candidates.h5 is missing, cannot be read, is of another deck or mesh, or lacks candidates; those of build_states.
   subroutine read_candidates(problem, store, candidates, error, ierr)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -289,7 +289,7 @@ contains
       call make_error(error, 'there are no solved candidates yet', store%path(), hint=hint)
       return
     end if
-    call build_points(problem%deck%clusters%target%candidates, problem%deck%parameters, points, error)
+    call build_states(problem%deck, problem%deck%clusters%target%candidates, points, error)
     if (allocated(error)) return
     allocate (is_missing(size(points, 2)))
     PetscCall(read_spread(problem, store, points, candidates, is_missing, error, ierr))

@@ -33,10 +33,11 @@ contains
       model%force_unit = force_unit(deck)
       model%parameter_names = parameter_names(deck)
       model%parameter_units = parameter_units(deck)
-      allocate (model%box(2, size(deck%parameters)))
-      do i = 1, size(deck%parameters)
-        model%box(:, i) = [deck%parameters(i)%minimum, deck%parameters(i)%maximum]
+      allocate (model%box(2, size(deck%state_parameters)))
+      do i = 1, size(deck%state_parameters)
+        model%box(:, i) = [deck%state_parameters(i)%minimum, deck%state_parameters(i)%maximum]
       end do
+      model%history = deck%history%states
       model%pod_tolerance = deck%reduction%pod_tolerance
       model%dirichlet = deck%reduction%dirichlet
     end associate

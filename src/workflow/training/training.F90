@@ -88,7 +88,7 @@ contains
     associate (is_solved => snapshots%reasons == reason_converged)
       if (.not. any(is_solved)) return
       do i = 1, size(is_solved)
-        if (.not. is_solved(i)) call log_warning('training without ' // format_point(problem%deck%parameters, &
+        if (.not. is_solved(i)) call log_warning('training without ' // format_point(problem%deck%state_parameters, &
           snapshots%parameters(:, i)) // ', which the full-order model did not solve')
       end do
       warnings = open_contact_warnings(problem%deck, problem%rows, &

@@ -37,8 +37,8 @@ contains
     type(text_buffer_t) :: buffer
     integer :: i, i_error
 
-    do i = 1, size(deck%parameters)
-      call buffer%add(deck%parameters(i)%name // ',')
+    do i = 1, size(deck%state_parameters)
+      call buffer%add(deck%state_parameters(i)%name // ',')
     end do
     call buffer%add('cluster')
     do i_error = 1, n_errors
@@ -202,7 +202,7 @@ contains
     do while (size(points) < n_worst .and. any(is_left))
       i = maxloc(outcome%errors(i_error, :), 1, is_left)
       is_left(i) = .false.
-      call append_text(points, format_point(deck%parameters, outcome%points(:, i)) // ': ' // &
+      call append_text(points, format_point(deck%state_parameters, outcome%points(:, i)) // ': ' // &
         csv_number(outcome%errors(i_error, i)) // ', ' // counted(outcome%n_active_full_order(i), 'active pair'))
     end do
   end function worst_points
