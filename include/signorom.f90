@@ -72,6 +72,7 @@ module signorom
     signorom_get_contact_areas, signorom_get_contact_entries, signorom_contact_entry_name, signorom_get_resultants, &
     signorom_get_nodes, signorom_get_displacement_sources, signorom_get_domain_contacts, signorom_get_next_cluster, &
     signorom_create_context, signorom_message, signorom_free_context, signorom_query, &
+    signorom_get_history, signorom_get_states, signorom_start, signorom_advance, signorom_get_point, &
     signorom_query_many, signorom_query_arrays, signorom_get_domain_multipliers, signorom_get_multipliers, &
     signorom_get_coordinates, &
     signorom_get_displacement, signorom_get_displacement_at, signorom_get_field_sizes, signorom_get_cells, &
@@ -211,6 +212,41 @@ module signorom
       real(c_double), intent(in) :: point(*)
       type(signorom_answer), intent(inout), optional :: answer
     end function signorom_query
+
+    integer(c_int) function signorom_get_history(model, n_given, n_times, times) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: model
+      integer(c_int), intent(out), optional :: n_given
+      integer(c_int), intent(out), optional :: n_times
+      real(c_double), intent(out), optional :: times(*)
+    end function signorom_get_history
+
+    integer(c_int) function signorom_get_states(context, parameters, states) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(in) :: parameters(*)
+      real(c_double), intent(out) :: states(*)
+    end function signorom_get_states
+
+    integer(c_int) function signorom_start(context, parameters) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(in) :: parameters(*)
+    end function signorom_start
+
+    integer(c_int) function signorom_advance(context, time, tables, answer) bind(c)
+      import :: c_double, c_int, c_ptr, signorom_answer
+      type(c_ptr), value :: context
+      real(c_double), value :: time
+      real(c_double), intent(in), optional :: tables(*)
+      type(signorom_answer), intent(inout), optional :: answer
+    end function signorom_advance
+
+    integer(c_int) function signorom_get_point(context, point) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(out) :: point(*)
+    end function signorom_get_point
 
     integer(c_int) function signorom_query_many(context, n, points, answers, multipliers) bind(c)
       import :: c_double, c_int, c_ptr, signorom_answer

@@ -249,6 +249,29 @@ int signorom_query(signorom_context *context, const double *point, signorom_answ
 int signorom_query_many(signorom_context *context, int n, const double *points, signorom_answer *answers,
                         double *multipliers);
 
+/* Histories. If the deck of a model has a section history, the parameters of the model are those of the deck, then the
+ * time, then the tables of the time: a point of signorom_query is a state, with all these values. The functions below
+ * take the first n_given values, the parameters of the deck, and follow the time. */
+
+/* Gives the number of parameters without time and tables, the number of times of the deck's steps (0: the model has no
+ * history) and these times [n_times]. Any pointer may be null. */
+int signorom_get_history(const signorom_model *model, int *n_given, int *n_times, double *times);
+/* Gives the states at a point [n_given]: at each time of the deck's steps the parameters, the time and the values of
+ * the tables [n_times][n_parameters], as signorom_query_arrays takes them. Without a history it copies the point.
+ * SIGNOROM_BAD_ARGUMENT: a pointer is null, or a table is not valid at the point (the message says which). */
+int signorom_get_states(signorom_context *context, const double *parameters, double *states);
+/* Begins a history at the time 0 for a point [n_given]. SIGNOROM_BAD_ARGUMENT: the parameters are null, the model has
+ * no history, or a table is not valid at the point. */
+int signorom_start(signorom_context *context, const double *parameters);
+/* Answers the next time of the history that signorom_start began; it need not be a time of the deck's steps. `tables`
+ * are values of all tables at this time, in the order of the parameters of the model, such as measured ones; null:
+ * those of the model's tables. `answer`, SIGNOROM_NO_ANSWER and the last answer of the context are as for
+ * signorom_query. SIGNOROM_BAD_ARGUMENT: no history has begun, the time is not later than the one before, or the size
+ * of the answer is not set; `answer` is not written. */
+int signorom_advance(signorom_context *context, double time, const double *tables, signorom_answer *answer);
+/* Gives the point of the last answer [n_parameters]; after signorom_advance this is the state. */
+int signorom_get_point(const signorom_context *context, double *point);
+
 /* The caller's arrays for the answers at n points; a null pointer leaves an array out. In all arrays but `answers`,
  * numbers are NaN where a point has no answer or a node no displacement; but the resultants of an entry without
  * contacts (all its pairs are inert) are always 0. Set `size` before the call: `signorom_arrays arrays =

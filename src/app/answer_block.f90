@@ -3,6 +3,7 @@
 module sig_answer_block
   use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
   use sig_base_c_interfaces, only: sig_run_threads
+  use sig_force_columns, only: force_columns, force_values
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_reasons, only: reason_text
@@ -51,7 +52,6 @@ module sig_answer_block
     procedure :: answer => answer_points
     procedure :: counts
     procedure :: line
-    procedure, private :: contact_values
     procedure :: destroy
   end type answer_block_t
 
@@ -165,46 +165,8 @@ contains
     end do
     text = text // 'cluster,'
     if (model%n_clusters() > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_solutions,error_bound,displacement_bound,n_active,contact_force' // contact_columns(model)
-    do i = 1, model%n_multipliers
-      text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
-    end do
+    text = text // 'status,solver,n_solutions,error_bound,displacement_bound,' // force_columns(model)
   end function table_header
-
-  !> Returns the column names of each contact of the deck (`contact_<i>_...`), each after a comma: area, force (one per axis),
-  !> moment, and moment_imbalance, the sum of the moments of both sides. A moment has one column in the plane and one per axis in
-  !> space. A model from an older file, which does not name its contacts, has none of these columns.
-  function contact_columns(model) result(text)
-    type(model_t), intent(in) :: model
-    character(:), allocatable :: text
-    integer :: i, i_axis
-
-    text = ''
-    associate (axes => model%terms%coordinate_names)
-      do i = 1, model%resultants%n_entries()
-        text = text // ',contact_' // to_text(i) // '_area'
-        do i_axis = 1, model%n_dim
-          text = text // ',contact_' // to_text(i) // '_force_' // axes(i_axis)%text
-        end do
-        text = text // moment_columns('_moment') // moment_columns('_moment_imbalance')
-      end do
-    end associate
-
-  contains
-
-    !> Returns the column names of a moment: one in the plane, one per axis in space.
-    function moment_columns(name) result(columns)
-      character(*), intent(in) :: name
-      character(:), allocatable :: columns
-      integer :: j
-
-      columns = ''
-      if (model%resultants%n_moments() == 1) columns = ',contact_' // to_text(i) // name
-      do j = 1, merge(model%n_dim, 0, model%resultants%n_moments() == model%n_dim)
-        columns = columns // ',contact_' // to_text(i) // name // '_' // model%terms%coordinate_names(j)%text
-      end do
-    end function moment_columns
-  end function contact_columns
 
   !> Returns the line of the table for point i of the block, 1-based, without a line end. Without an answer, status is the reason in
   !> quotes, solver is `none`, and n_active, the contact forces and the values of contact_values are `nan`. Requires: answer has
@@ -213,7 +175,6 @@ contains
     class(answer_block_t), intent(in) :: self
     integer, intent(in) :: i
     character(:), allocatable :: text
-    integer :: k
 
     text = join(self%points(:, i), ',') // ',' // to_text(self%clusters(i)) // ','
     if (self%online%model%n_clusters() > 1) text = text // &
@@ -225,39 +186,6 @@ contains
     end if
     text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
       bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ','
-    associate (multipliers => self%multipliers(:, i))
-      if (self%reasons(i) > 0) then
-        text = text // to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // self%contact_values(i)
-        do k = 1, size(multipliers)
-          text = text // ',' // to_text(multipliers(k))
-        end do
-      else
-        text = text // 'nan,nan' // self%contact_values(i) // repeat(',nan', size(multipliers))
-      end if
-    end associate
+    text = text // force_values(self%online%model, self%multipliers(:, i), self%reasons(i) > 0)
   end function line
-
-  !> Returns the values of the columns of contact_columns for point i, 1-based, each after a comma; `nan` without an answer.
-  function contact_values(self, i) result(text)
-    class(answer_block_t), intent(in) :: self
-    integer, intent(in) :: i
-    character(:), allocatable :: text
-    real(rk) :: areas(self%online%model%resultants%n_entries())
-    real(rk) :: forces(self%online%model%n_dim, size(areas))
-    real(rk), dimension(self%online%model%resultants%n_moments(), size(areas)) :: imbalances, moments
-    integer :: k
-
-    text = ''
-    call self%online%model%resultants%evaluate(self%online%model%areas, self%multipliers(:, i), areas, forces, moments)
-    imbalances = self%online%model%resultants%imbalances(self%multipliers(:, i))
-    do k = 1, size(areas)
-      associate (values => [areas(k), forces(:, k), moments(:, k), imbalances(:, k)])
-        if (self%reasons(i) > 0) then
-          text = text // ',' // join(values, ',')
-        else
-          text = text // repeat(',nan', size(values))
-        end if
-      end associate
-    end do
-  end function contact_values
 end module sig_answer_block

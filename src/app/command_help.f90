@@ -135,8 +135,8 @@ contains
   end function escaped
 
   !> Returns a script for bash. It completes the command; behind it folders, files with the ending that the command takes, and the
-  !> options of the command; after --points and --output folders and files *.csv, after --log folders and all files, and after --at
-  !> and --threads nothing.
+  !> options of the command; after --points, --output and --history folders and files *.csv, after --log folders and all files, and
+  !> after --at and --threads nothing.
   function bash_completion() result(text)
     character(:), allocatable :: text
     type(file_kind_t) :: kind
@@ -147,7 +147,7 @@ contains
       '  local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} files= words=' // nl // &
       '  [ $COMP_CWORD = 1 ] && before=signorom' // nl // &
       '  case $before in' // nl // &
-      '    --points|--output) files="*.csv" ;;' // nl // &
+      '    --points|--output|--history) files="*.csv" ;;' // nl // &
       '    --log) files="*" ;;' // nl // &
       '    --at|--threads) ;;' // nl // &
       '    signorom) words="' // join(command_words(), ' ') // ' --help --version" ;;' // nl // &

@@ -21,6 +21,8 @@ module sig_command_line
     !> paths of the CSV of points and of the file of answers; empty without the options
     character(:), allocatable :: points
     character(:), allocatable :: output
+    !> path of the CSV of times and tables of --history; empty without it
+    character(:), allocatable :: history
     !> path of the log file; empty without --log
     character(:), allocatable :: log
     !> names of the options that were given, a blank before and after each
@@ -56,7 +58,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i
 
-    command = command_t(name='', topic='', file='', at='', points='', output='', log='', given=' ', petsc_options='')
+    command = command_t(name='', topic='', file='', at='', points='', output='', history='', log='', given=' ', petsc_options='')
     i = 1
     do while (i <= size(arguments))
       associate (word => arguments(i)%text)
@@ -135,6 +137,8 @@ contains
       command%at = command%at // value
     case ('--points')
       call take_value(arguments, i, command%points, error)
+    case ('--history')
+      call take_value(arguments, i, command%history, error)
     case ('--output')
       call take_value(arguments, i, command%output, error)
     case ('--log')

@@ -67,6 +67,8 @@ module sig_command_table
     'reduction.fields: true'), &
     option_entry_t('--points', 'FILE', 'predict', 'CSV with the points: a line with the names of all parameters, ' // &
     'then a line per point'), &
+    option_entry_t('--history', 'FILE', 'predict', 'CSV with other times and tables than those of the deck: a line with time ' // &
+    'and the names of all tables, then a line per time'), &
     option_entry_t('--output', 'FILE', 'predict', 'file that gets the CSV with the answers, instead of the terminal'), &
     option_entry_t('--threads', 'N', 'predict', 'number of threads for --points; default: one per processor'), &
     option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, which ends the ' // &

@@ -18,11 +18,11 @@ module sig_predict
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: max_over_ranks
   use sig_point_argument, only: parse_point
-  use sig_point_list, only: point_list_t
+  use sig_point_list, only: point_list_t, read_points
   use sig_predicted_fields, only: fields_folder, large_error, predicted_fields_t
   use sig_answer, only: bound_text, method_name, n_answer_methods
   use sig_signals, only: is_stop_requested, say_when_ended
-  use sig_text, only: counted, short_number, to_text
+  use sig_text, only: counted, short_number, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -40,10 +40,10 @@ contains
   !> writes fields. Rank 0 does the work, because a query is too short to share between ranks; its threads share the points of
   !> --points. Collective on all ranks, which all get the exit code.
   !>
-  !> Errors are printed and give the exit code: the model or the points cannot be read; the model cannot answer, or has no fields
-  !> (--fields only); a point is outside of the trained box (--strict only); the table or a file cannot be written. Other exit
-  !> codes: a point has no answer (3), a signal (130). After a signal there are no new files, and a table that goes to the terminal,
-  !> a device or a pipe may lack its last lines.
+  !> Errors are printed and give the exit code: the model, the points or the history cannot be read; the model cannot answer, or has
+  !> no fields (--fields only); a point is outside of the trained box (--strict only); the table or a file cannot be written. Other
+  !> exit codes: a point has no answer (3), a signal (130). After a signal there are no new files, and a table that goes to the
+  !> terminal, a device or a pipe may lack its last lines.
   subroutine predict(command, exit_code, ierr)
     type(command_t), intent(in) :: command
     integer, intent(out) :: exit_code
@@ -90,6 +90,8 @@ contains
         end if
       end associate
       if (allocated(error)) exit work
+      call read_history(command, online%model, error)
+      if (allocated(error)) exit work
       call prepare_answers(command, online, answers, error)
       if (allocated(error)) exit work
       if (command%at /= '') then
@@ -119,6 +121,38 @@ contains
     call list%close()
     call answers%destroy()
   end subroutine predict_points
+
+  !> Reads the file of --history, if it is given, and puts its times and tables in the place of the model's. Errors: the model has
+  !> no history; those of read_points; times that are not above 0 or do not ascend.
+  subroutine read_history(command, model, error)
+    type(command_t), intent(in) :: command
+    type(model_t), intent(inout) :: model
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: rows(:, :)
+    integer :: i, k
+
+    if (command%history == '') return
+    if (.not. model%history%is_there()) then
+      call make_error(error, 'the model has no history: its deck has no times', command%file, &
+        hint='leave --history out; --points answers many points')
+      return
+    end if
+    call read_points(command%history, model%parameter_names(model%i_time():), rows, error)
+    if (allocated(error)) return
+    model%history%times = rows(1, :)
+    do i = 1, size(rows, 2)
+      if (rows(1, i) > maxval([0.0_rk, rows(1, :i - 1)])) cycle
+      call make_error(error, 'the times must be greater than 0 and ascend; ' // short_number(rows(1, i)) // ' does not', &
+        command%history)
+      return
+    end do
+    do k = 1, size(model%history%tables)
+      associate (table => model%history%tables(k))
+        table%times = [(string_t(to_text(rows(1, i))), i=1, size(rows, 2))]
+        table%values = [(string_t(to_text(rows(k + 1, i))), i=1, size(rows, 2))]
+      end associate
+    end do
+  end subroutine read_history
 
   !> Prepares the model for queries, and the block for as many threads as --threads says, or as there are processors; for one with
   !> --at. Errors: the model cannot answer.

@@ -21,6 +21,8 @@ module sig_deck_read_history
   integer, parameter :: max_times = 100000
   !> largest number of parameters for which the tables are tried at all corners of the box
   integer, parameter :: max_corner_parameters = 10
+  !> number of points inside of the box times the number of times at which tables are tried
+  integer, parameter :: most_samples = 100000
 
 contains
 
@@ -308,8 +310,8 @@ contains
     end do
   end function state_parameters
 
-  !> Finds the smallest and largest values of the time and the tables at the times of the states, over the middle and the corners of
-  !> the box of the parameters.
+  !> Finds the smallest and largest values of the time and the tables at the times of the states, over the middle, the corners and
+  !> points inside of the box of the parameters, widened by 1 %.
   subroutine find_ranges(parameters, history, lowest, highest)
     type(parameter_config_t), intent(in) :: parameters(:)
     type(history_t), intent(in) :: history
@@ -318,20 +320,46 @@ contains
     real(rk), intent(out) :: highest(:)
     type(table_values_t) :: tables
     character(:), allocatable :: fault
-    real(rk), allocatable :: corners(:, :)
+    real(rk), allocatable :: corners(:, :), inside(:, :), points(:, :)
+    real(rk) :: margins(size(lowest))
     integer :: i, i_table, i_time
 
     call tables%create(history, names_of(parameters), fault)
+    inside = points_inside(parameters, min(1000, max(20, most_samples / history%n_times())))
     corners = corners_of(parameters)
+    points = reshape([corners, inside], [size(parameters), size(corners, 2) + size(inside, 2)])
     lowest = huge(lowest)
     highest = -huge(highest)
-    do i = 1, size(corners, 2)
-      call tables%begin(corners(:, i), i_table, fault)
+    do i = 1, size(points, 2)
+      call tables%begin(points(:, i), i_table, fault)
+      if (i_table > 0) cycle
       do i_time = 1, history%n_times()
         lowest = min(lowest, tables%at(history%times(i_time)))
         highest = max(highest, tables%at(history%times(i_time)))
       end do
     end do
     call tables%destroy()
+    ! between these points a table may go a little further
+    margins = 0.01_rk * (highest - lowest)
+    margins(1) = 0
+    lowest = lowest - margins
+    highest = highest + margins
   end subroutine find_ranges
+
+  !> Returns points inside of the box that fill it evenly (an additive recurrence with the square roots of primes), shape
+  !> (n_parameters, n); the same in each call.
+  pure function points_inside(parameters, n) result(points)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    integer, intent(in) :: n
+    real(rk) :: points(size(parameters), n)
+    integer, parameter :: primes(10) = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29]
+    integer :: i, k
+
+    do i = 1, n
+      do k = 1, size(parameters)
+        points(k, i) = parameters(k)%minimum + (parameters(k)%maximum - parameters(k)%minimum) * &
+          modulo(0.5_rk + i * sqrt(real(primes(modulo(k - 1, size(primes)) + 1), rk)), 1.0_rk)
+      end do
+    end do
+  end function points_inside
 end module sig_deck_read_history

@@ -3,14 +3,14 @@
 module sig_c_answers
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_intptr_t, c_loc, c_ptr, c_size_t, &
     c_sizeof
-  use sig_c_handles, only: code_ok, context_handle_t, keep, no_answer
+  use sig_c_handles, only: bad_argument, code_ok, context_handle_t, keep, no_answer
   use sig_kinds, only: rk
   use sig_reasons, only: put_reason, reason_length
   use sig_reconstruction, only: displacement_of_dof
   use sig_reduced, only: displacement_none
   implicit none(type, external)
   private
-  public :: ask, copy_displacement, has_node, has_size, place_of, tell, too_large
+  public :: ask, ask_time, copy_displacement, has_node, has_size, place_of, tell, too_large
 
   !> the structure signorom_answer of signorom.h
   type, bind(c) :: c_answer_t
@@ -64,15 +64,48 @@ contains
     integer(c_int), intent(out) :: code
 
     handle%point = point
+    call handle%query%evaluate(handle%model%online, point, handle%answer)
+    call take_answer(handle, code)
+  end subroutine ask
+
+  !> Asks the next time of a history (query%advance), and keeps the result as `ask` does. If the time or the number of tables is
+  !> refused, code is bad_argument, and the context has no answer.
+  subroutine ask_time(handle, time, tables, code)
+    type(context_handle_t), intent(inout) :: handle
+    real(rk), intent(in) :: time
+    !> values of all tables; not associated: those of the model's tables
+    real(c_double), pointer, intent(in) :: tables(:)
+    integer(c_int), intent(out) :: code
+    character(:), allocatable :: message
+
+    handle%has_answer = .false.
+    if (associated(tables)) then
+      call handle%query%advance(handle%model%online, time, handle%answer, handle%point, message, tables)
+    else
+      call handle%query%advance(handle%model%online, time, handle%answer, handle%point, message)
+    end if
+    code = bad_argument
+    if (allocated(message)) then
+      call keep(handle%message, message)
+    else
+      call take_answer(handle, code)
+    end if
+  end subroutine ask_time
+
+  !> Drops the derivatives and fields of the answer before. code is code_ok or, if the last query had no answer, no_answer; then the
+  !> message of the context gives the reason.
+  subroutine take_answer(handle, code)
+    type(context_handle_t), intent(inout) :: handle
+    integer(c_int), intent(out) :: code
+
     handle%has_gradient = .false.
     handle%has_fields = .false.
-    call handle%query%evaluate(handle%model%online, point, handle%answer)
     handle%has_answer = handle%answer%reason > 0
     code = code_ok
     if (handle%has_answer) return
     code = no_answer
     call keep_reason(handle)
-  end subroutine ask
+  end subroutine take_answer
 
   !> Makes the text of the reason why the last point has no answer the message of the context.
   subroutine keep_reason(handle)

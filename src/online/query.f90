@@ -4,6 +4,7 @@
 module sig_query
   use sig_answer, only: answer_t
   use sig_gradient, only: gradient_t
+  use sig_history, only: table_values_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
   use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound
@@ -12,6 +13,7 @@ module sig_query
   use sig_term_derivatives, only: differentiate_terms, term_failure_t
   use sig_term_set, only: term_set_t
   use sig_term_values, only: term_values_t
+  use sig_text, only: counted, short_number, to_text
   implicit none(type, external)
   private
   public :: query_t
@@ -20,10 +22,16 @@ module sig_query
   type :: query_t
     private
     type(term_values_t) :: terms
+    !> tables of the model's history, and the parameters of the present one with the last time that was asked
+    type(table_values_t) :: tables
+    real(rk), allocatable :: parameters(:)
+    real(rk) :: time = 0
     type(rooms_t) :: rooms
   contains
     procedure :: create
     procedure :: evaluate
+    procedure :: start
+    procedure :: advance
     procedure :: differentiate
     procedure :: destroy
   end type query_t
@@ -41,6 +49,10 @@ contains
 
     call self%destroy()
     call self%terms%create(online%model%terms, message)
+    if (allocated(message)) return
+    associate (model => online%model)
+      if (model%history%is_there()) call self%tables%create(model%history, model%parameter_names(:model%n_given()), message)
+    end associate
     if (allocated(message)) return
     do i = 1, size(online%model%parts)
       call self%rooms%enter(online%model, i)
@@ -87,6 +99,66 @@ contains
     end if
     if (answer%reason > 0) call answer_at(self, online, near, answer)
   end subroutine evaluate
+
+  !> Begins a history at the time 0, where nothing has happened yet. Errors: message is allocated if the model has no history, the
+  !> number of values is wrong, or a table is not valid at the point.
+  subroutine start(self, online, parameters, message)
+    class(query_t), intent(inout) :: self
+    !> the model that create was called with
+    type(online_model_t), intent(in) :: online
+    !> [unit of each parameter] without time and tables, shape (n_given)
+    real(rk), intent(in) :: parameters(:)
+    character(:), allocatable, intent(out) :: message
+    integer :: i_table
+
+    if (allocated(self%parameters)) deallocate (self%parameters)
+    associate (model => online%model)
+      if (.not. model%history%is_there()) then
+        message = 'the model has no history: its deck has no times'
+      else if (size(parameters) /= model%n_given()) then
+        message = 'the model has ' // counted(model%n_given(), 'parameter') // ', not ' // to_text(size(parameters))
+      else
+        call self%tables%begin(parameters, i_table, message)
+        if (i_table > 0) message = 'the table ''' // model%history%tables(i_table)%name // ''' ' // message
+      end if
+    end associate
+    if (allocated(message)) return
+    self%parameters = parameters
+    self%time = 0
+  end subroutine start
+
+  !> Answers the next time of a history, which need not be a time of the deck's steps. Where nothing remembers, the answer is that
+  !> of evaluate at the state. Errors: message is allocated without start, if the time is not later than the one before, or if there
+  !> are values for another number of tables; then nothing is asked.
+  subroutine advance(self, online, time, answer, state, message, tables)
+    class(query_t), intent(inout) :: self
+    !> the model that create was called with
+    type(online_model_t), intent(in) :: online
+    !> [unit of time]
+    real(rk), intent(in) :: time
+    !> out: everything, as of evaluate
+    type(answer_t), intent(inout) :: answer
+    !> the state that was asked: parameters, time, tables
+    real(rk), allocatable, intent(inout) :: state(:)
+    character(:), allocatable, intent(out) :: message
+    !> values of all tables at this time; default: those of the model's tables
+    real(rk), intent(in), optional :: tables(:)
+
+    if (.not. allocated(self%parameters)) then
+      message = 'no history has begun: start comes first'
+    else if (.not. time > self%time) then
+      message = 'the time ' // short_number(time) // ' is not later than ' // short_number(self%time) // &
+        ', which was asked before'
+    else if (present(tables)) then
+      if (size(tables) /= size(online%model%history%tables)) message = 'the model has ' // &
+        counted(size(online%model%history%tables), 'table') // ', not ' // to_text(size(tables))
+    end if
+    if (allocated(message)) return
+    state = [self%parameters, self%tables%at(time)]
+    if (present(tables)) state(size(self%parameters) + 2:) = tables
+    self%time = time
+    call self%evaluate(online, state, answer)
+  end subroutine advance
 
   !> Computes the derivatives of an answer with respect to each parameter. They belong to gradient%answer: this is `answer`, or, if
   !> the part that answered is not exact, the answer of the fallback at the point, if there is one.
@@ -275,6 +347,8 @@ contains
     class(query_t), intent(inout) :: self
 
     call self%terms%destroy()
+    call self%tables%destroy()
+    if (allocated(self%parameters)) deallocate (self%parameters)
     if (allocated(self%rooms%of_part)) deallocate (self%rooms%of_part)
   end subroutine destroy
 end module sig_query

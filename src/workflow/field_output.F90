@@ -12,6 +12,8 @@ module sig_field_output
   use sig_field_map, only: field_values_t
   use sig_field_mapping, only: create_field_map
   use sig_field_writer, only: field_writer_t
+  use sig_file_system, only: write_text_file
+  use sig_force_columns, only: force_columns, force_values
   use sig_full_order, only: team_t
   use sig_kinds, only: rk
   use sig_log, only: log_warning
@@ -27,6 +29,8 @@ module sig_field_output
   use sig_state_broadcast, only: broadcast_state
   use sig_stop_request, only: agree_to_stop
   use sig_term_values, only: evaluate_points
+  use sig_text, only: join
+  use sig_text_buffer, only: text_buffer_t
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
@@ -49,8 +53,9 @@ module sig_field_output
 contains
 
   !> Solves the full-order problem at the points and writes fields.h5, fields.xdmf, contact.h5 and contact.xdmf (the latter two only
-  !> if the deck has contact and wants fields of it). A point that did not converge is left out of the files; solved%states has the
-  !> reasons. Collective on all ranks. A signal ends it after the current points, and then nothing is written.
+  !> if the deck has contact and wants fields of it), and with a history history.csv. A point that did not converge is left out of
+  !> the files; solved%states has the reasons. Collective on all ranks. A signal ends it after the current points, and then nothing
+  !> is written.
   !>
   !> Errors: the solver does not use one of its PETSc options; a file cannot be written.
   subroutine write_fields(problem, team, points, folder, solved, error, ierr, model)
@@ -158,7 +163,36 @@ contains
     end do
     call query%destroy()
     call writer%close(error)
+    if (header%history%is_there() .and. .not. allocated(error)) &
+      call write_history_table(header, points, states, folder // '/history.csv', error)
   end subroutine write_file
+
+  !> Writes a table with a row per state: the parameters, the time and its tables, status, and the columns of force_columns. Local.
+  !> Errors: the file cannot be written.
+  subroutine write_history_table(header, points, states, path, error)
+    !> result of describe_problem
+    type(model_t), intent(in) :: header
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_points)
+    type(contact_state_t), intent(in) :: states(:)
+    character(*), intent(in) :: path
+    type(error_t), allocatable, intent(out) :: error
+    type(text_buffer_t) :: buffer
+    integer :: i
+    real(rk) :: multipliers(header%n_multipliers)
+    logical :: is_solved
+
+    call buffer%add(join(header%parameter_names, ',') // ',status,' // force_columns(header) // new_line('a'))
+    do i = 1, size(states)
+      is_solved = states(i)%reason == reason_converged
+      multipliers = 0
+      if (is_solved) multipliers = states(i)%multipliers
+      call buffer%add(join(points(:, i), ',') // ',"' // reason_text(states(i)%reason) // '",' // &
+        force_values(header, multipliers, is_solved) // new_line('a'))
+    end do
+    call write_text_file(path, buffer%text(), error)
+  end subroutine write_history_table
 
   !> Makes a model without parts and training points, which has the data of the problem that the files need. Errors: those of
   !> create_field_map.

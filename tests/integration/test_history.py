@@ -7,6 +7,7 @@ import pytest
 from block_meshes import stacked_blocks
 from results import read_fields, read_table
 from runs import refuse
+from signorom_post import ExtrapolationWarning, Model
 
 # The blocks are 1 wide, nu = 0: the contact force is the pressure, and the upper block is pressed together by P / E.
 MODULUS = 2.0e6
@@ -138,6 +139,69 @@ def test_table_from_a_file(signorom, tmp_path, results):
     assert "history.tables.load has the times 2.0, 1.0" in refuse(signorom, "check", deck, folder=tmp_path)
     (tmp_path / "load.csv").write_text("value,time\n0,0\n4,1\n")
     assert "the table 'load' ends at 1.0" in signorom.run("solve", deck, folder=tmp_path).stderr
+
+
+def test_table_of_forces(results):
+    """`solve` and `run` write a row per state with the columns of predict."""
+    table = read_table(results / "history.csv")
+    assert table["time"] == pytest.approx(TIMES * 2, rel=1e-14)
+    assert set(table["status"]) == {"converged"}
+    for start, (p, late) in [(0, (4, 0.5)), (7, (2, 0))]:
+        rows = slice(start, start + 7)
+        forces = load_at(np.array(TIMES), p, late) + 5 * np.array(TIMES)
+        assert table["contact_force"][rows] == pytest.approx(forces, rel=1e-9)
+        # no friction, nu = 0: the block is pressed down onto the first surface
+        assert table["contact_1_force_y"][rows] == pytest.approx(-forces, rel=1e-9)
+
+
+def test_other_history(signorom, tmp_path, results):
+    """--history replaces times and tables of the deck; its faults are named."""
+    path = tmp_path / "measured.csv"
+    path.write_text("load,time\n2,0.3\n-1,3.5\n7,9\n")
+    command = ["predict", results / "model.h5", "--at", "P=5,late=0", "--history", "measured.csv"]
+    signorom(*command, "--output", "t.csv", folder=tmp_path)
+    table = read_table(tmp_path / "t.csv")
+    assert list(table["time"]) == [0.3, 3.5, 9]
+    assert list(table["load"]) == [2, -1, 7]
+    assert table["contact_force"] == pytest.approx([2 + 1.5, -1 + 17.5, 7 + 45], rel=1e-10)
+    for text, said in [
+        ("time\n1\n", "there is no column for"),
+        ("load,time\n2,1\n2,1\n", "ascend"),
+        ("load,time\n2,0\n", "ascend"),
+        ("load,time\n2,x\n", "measured.csv:2:3: error: 'x' is not a number"),
+    ]:
+        path.write_text(text)
+        assert said in refuse(signorom, *command, folder=tmp_path)
+
+
+def test_python(results):
+    """States, answers with a time axis, and one time after the other, also with measured tables."""
+    with Model(results / "model.h5") as model:
+        assert [parameter.name for parameter in model.parameters] == ["P", "late", "time", "load"]
+        assert model.times == pytest.approx(TIMES, rel=1e-14)
+        points = np.array([[7, 0.3], [2.5, 0]])
+        answers = model.query_history(points)
+        assert answers.multipliers.shape[:2] == (2, len(TIMES))
+        assert answers.points.shape == (2, len(TIMES), 4)
+        for (p, late), forces, states in zip(points, answers.contact_force, answers.points, strict=True):
+            loads = load_at(np.array(TIMES), p, late)
+            assert states[:, 3] == pytest.approx(loads, rel=1e-13)
+            assert forces == pytest.approx(loads + 5 * np.array(TIMES), rel=1e-10)
+        with model.start(P=7, late=0.3) as history:
+            for k, time in enumerate(TIMES):
+                answer = history.advance(time)
+                assert answer.multipliers == pytest.approx(answers.multipliers[0, k], rel=1e-14)
+                assert answer.point["load"] == pytest.approx(answers.points[0, k, 3], rel=1e-14)
+            with pytest.raises(ValueError, match="is not later than 4"):
+                history.advance(4)
+            with pytest.raises(TypeError, match="give a value for each table or for none: load"):
+                history.advance(5, pull=1)
+            with pytest.warns(ExtrapolationWarning):
+                assert history.advance(4.5, load=-3).multipliers.sum() == pytest.approx(-3 + 22.5, rel=1e-10)
+        with pytest.raises(ValueError, match="the history is closed"):
+            history.advance(6)
+        with pytest.raises(TypeError, match="unknown parameter 'time'"):
+            model.start(P=7, late=0.3, time=1)
 
 
 def test_more_points(signorom, tmp_path):

@@ -699,7 +699,42 @@ PLANTED = [
     ),
     # app
     Planted(
-        SRC + "app/answer_block.f90",
+        SRC + "terms/history.f90",
+        "if (i == 0) then\n      value = values(1)",
+        "if (i == 0) then\n      value = 0",
+        "a table is 0 before its first node",
+        "unit.terms.test_history",
+    ),
+    Planted(
+        SRC + "terms/history.f90",
+        "growth**(real(i - 1, rk) / (n - 1))",
+        "growth**(real(i - 1, rk) / n)",
+        "the last increment of a step is not growth times the first",
+        "unit.terms.test_history",
+    ),
+    Planted(
+        SRC + "terms/history.f90",
+        "if (self%nodes(1, i) > self%nodes(1, i - 1)) cycle",
+        "if (self%nodes(1, i) >= self%nodes(1, i - 1)) cycle",
+        "two nodes of a table may have the same time",
+        "unit.terms.test_history",
+    ),
+    Planted(
+        SRC + "online/query.f90",
+        "state(size(self%parameters) + 2:) = tables",
+        "state(size(self%parameters) + 2:) = state(size(self%parameters) + 2:)",
+        "measured tables are ignored",
+        "integration.test_history",
+    ),
+    Planted(
+        SRC + "output/field_file.f90",
+        "if (self%time_offset + parameters(self%i_time) <= self%time) self%time_offset = self%time",
+        "if (self%time_offset + parameters(self%i_time) < 0) self%time_offset = self%time",
+        "times of a second history begin again in viewers",
+        "integration.test_history",
+    ),
+    Planted(
+        SRC + "workflow/force_columns.f90",
         "to_text(count(multipliers > 0))",
         "to_text(count(multipliers >= 0))",
         "predict counts open contacts as active",

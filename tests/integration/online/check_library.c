@@ -141,6 +141,25 @@ static int check_sizes(signorom_context *context, const double *points) {
   return is_fine;
 }
 
+/* The model has no history: its states are its points. */
+static int refuse_histories(const signorom_model *model, signorom_context *context, const double *points) {
+  double states[64], value;
+  int n_given = -1, n_times = -1, is_fine = 1;
+  is_fine &= signorom_get_history(NULL, &n_given, &n_times, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_history(model, &n_given, &n_times, NULL) == SIGNOROM_OK && n_given > 0 && n_times == 0;
+  is_fine &= signorom_get_states(context, points, states) == SIGNOROM_OK && states[0] == points[0];
+  is_fine &= signorom_get_states(context, points, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_start(NULL, points) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_start(context, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_start(context, points) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "no history") != NULL;
+  is_fine &= signorom_advance(NULL, 1, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_advance(context, 1, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "start comes first") != NULL;
+  is_fine &= signorom_get_point(context, &value) == SIGNOROM_BAD_ARGUMENT;
+  return is_fine;
+}
+
 static int refuse_wrong_arguments(const signorom_model *model, const signorom_sizes *sizes, const double *points) {
   signorom_context *context;
   double value;
@@ -185,6 +204,7 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_resultants(model, &value, &value, NULL, &value) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_next_cluster(model, NULL, &node) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_next_cluster(model, points, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= refuse_histories(model, context, points);
   signorom_free_context(context);
   signorom_free_context(NULL);
   signorom_close(NULL);

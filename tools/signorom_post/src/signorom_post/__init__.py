@@ -14,6 +14,7 @@ from signorom_post.answer import (
     NotAcceptedWarning,
 )
 from signorom_post.answers import Answers
+from signorom_post.history import History, NoHistoryError
 from signorom_post.library import LibraryError
 from signorom_post.online import Model
 from signorom_post.points import ExtrapolationWarning
@@ -30,11 +31,13 @@ __all__ = [
     "ExtrapolationWarning",
     "Fields",
     "FreeMotionWarning",
+    "History",
     "InaccurateFieldsWarning",
     "LibraryError",
     "Model",
     "ModelError",
     "NoAnswerError",
+    "NoHistoryError",
     "NotAcceptedWarning",
     "__version__",
 ]

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Data of the answers of a trained model at many points, as arrays."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any
+
+import numpy as np
 
 from signorom_post.answer import Resultants, pressure_of
 from signorom_post.arrays import BoolArray, FloatArray, IntArray, TextArray
@@ -11,6 +14,8 @@ from signorom_post.arrays import BoolArray, FloatArray, IntArray, TextArray
 @dataclass(frozen=True, eq=False)
 class Answers:
     """The answers of a model at many points, one row per point.
+
+    Those of Model.query_history have the time as second axis behind the point.
 
     The arrays are copies: a later query does not change them. At points without an answer, real numbers are NaN,
     except for points, distance, and the resultants of a contact of the deck that has only inert pairs, which are 0.
@@ -65,7 +70,22 @@ class Answers:
 
         The unit is the force unit of the model. NaN at points without an answer.
         """
-        return self.multipliers.sum(axis=1)
+        return self.multipliers.sum(axis=-1)
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+def with_time_axis(answers: Answers, shape: tuple[int, int]) -> Answers:
+    """Returns answers of states, point by point and time by time, with the first axis divided into `shape`.
+
+    `shape` is (n_points, n_times).
+    """
+    parts: dict[str, Any] = {
+        part.name: np.reshape(getattr(answers, part.name), shape + getattr(answers, part.name).shape[1:])
+        for part in fields(answers)
+        if part.name not in ("resultants", "_areas")
+    }
+    sums = (answers.resultants.areas, answers.resultants.forces, answers.resultants.moments)
+    parts["resultants"] = Resultants(*(np.reshape(values, shape + values.shape[1:]) for values in sums))
+    return replace(answers, **parts)

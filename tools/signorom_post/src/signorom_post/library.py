@@ -16,7 +16,7 @@ from signorom_post.arrays import FloatArray, IntArray
 # the interface that this module knows
 SONAME = "libsignorom_online.so.0"
 # values of signorom_answer.code and .method
-OK = 0
+OK, NO_ANSWER, BAD_ARGUMENT = 0, 1, 2
 METHODS = ("none", "active_set", "block_pivoting", "lemke", "condensed")
 
 
@@ -114,6 +114,11 @@ _SIGNATURES = {
     "signorom_message": (c_char_p, [c_void_p]),
     "signorom_free_context": (None, [c_void_p]),
     "signorom_query": (c_int, [c_void_p, _DOUBLES, POINTER(CAnswer)]),
+    "signorom_get_history": (c_int, [c_void_p, _INTS, _INTS, _DOUBLES]),
+    "signorom_get_states": (c_int, [c_void_p, _DOUBLES, _DOUBLES]),
+    "signorom_start": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_advance": (c_int, [c_void_p, c_double, _DOUBLES, POINTER(CAnswer)]),
+    "signorom_get_point": (c_int, [c_void_p, _DOUBLES]),
     "signorom_query_arrays": (c_int, [c_void_p, c_int, _DOUBLES, POINTER(CArrays)]),
     "signorom_get_domain_multipliers": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_multipliers": (c_int, [c_void_p, _DOUBLES]),

@@ -24,9 +24,10 @@ from signorom_post.answer import (
     Parameter,
     Resultants,
 )
-from signorom_post.answers import Answers
+from signorom_post.answers import Answers, with_time_axis
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
+from signorom_post.history import History, NoHistoryError
 from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, known, text_of
 from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
@@ -40,7 +41,10 @@ class Model:
     """A trained model that answers queries. `with` closes it, and so does the garbage collector.
 
     Threads may share it. A copy, also in another process by pickle, reads the file again, which must still exist.
-    A closed model raises ValueError, except for `parameters`, `contact_areas` and `repr`.
+    A closed model raises ValueError, except for `parameters`, `times`, `contact_areas` and `repr`.
+
+    With a history in the deck, `parameters` are those of the deck, then `time`, then the tables of the time, and `times`
+    are those of the deck's steps; without one, `times` is empty.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -55,6 +59,7 @@ class Model:
         with self._handles.model() as model:
             self._library.signorom_get_sizes(model, byref(self._sizes))
             self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
+            self._n_given, self.times = self._history(model)
             self._areas = np.zeros(self._sizes.n_contacts)
             self._library.signorom_get_contact_areas(model, doubles(self._areas))
         self._summary = self._summarize()
@@ -70,6 +75,14 @@ class Model:
             model, i, byref(name), byref(unit), byref(minimum), byref(maximum)
         )
         return Parameter(text_of(name.value), text_of(unit.value), minimum.value, maximum.value)
+
+    def _history(self, model: c_void_p) -> tuple[int, FloatArray]:
+        """Returns the number of parameters without time and tables, and the times of the deck's steps (or none)."""
+        n_given, n_times = c_int(), c_int()
+        self._library.signorom_get_history(model, byref(n_given), byref(n_times), None)
+        times = np.zeros(n_times.value)
+        self._library.signorom_get_history(model, None, None, doubles(times))
+        return n_given.value, times
 
     def close(self) -> None:
         """Closes the model, and frees it as soon as no other thread uses it. Later queries raise ValueError."""
@@ -252,8 +265,74 @@ class Model:
         """
         point = point_of(self.parameters, values)
         indices = None if nodes is None else self._indices_of(nodes)
-        with self._handles.model() as model, self._handles.context() as context:
+        with self._handles.context() as context:
             told, multipliers = self._ask(context, point)
+            return self._answer(context, point, indices, told, multipliers)
+
+    def start(self, **values: float) -> History:
+        """Begins a history at the time 0 for the deck's parameters, a keyword per parameter; see History.
+
+        NoHistoryError if the model has no history; TypeError and ValueError as for `query`, ValueError also if a table
+        is not valid at the point.
+        """
+        given = point_of(self._given(), values)
+        self._need_history()
+        names = [parameter.name for parameter in self.parameters]
+        return History(self._handles, given, names, self._answer_at)
+
+    def states(self, points: FloatArray) -> FloatArray:
+        """Returns the states of `points` at the times of the deck's steps, shape (n_points, n_times, n_parameters).
+
+        `points` has the deck's parameters only, without time and tables; shape (n_points, n_given). A state has the
+        values of all parameters of the model. NoHistoryError if the model has no history, ValueError if points have
+        another shape, a value is not finite, or a table is not valid at a point.
+        """
+        given = points_of(self._given(), points)
+        self._need_history()
+        states = np.zeros((len(given), len(self.times), len(self.parameters)))
+        with self._handles.context() as context:
+            for point, found in zip(given, states, strict=True):
+                if self._library.signorom_get_states(context, doubles(point), doubles(found)):
+                    raise ValueError(text_of(self._library.signorom_message(context)))
+        return states
+
+    def query_history(self, points: FloatArray, nodes: Sequence[int] | IntArray | None = ()) -> Answers:
+        """Returns the answers of `points` at the times of the deck's steps, with the time as second axis of all arrays.
+
+        `points` are as for `states`; nodes, errors and warnings are those of `query_many` and `states`. The arrays of
+        the result begin with (n_points, n_times); its `points` are the states.
+        """
+        states = self.states(points)
+        answers = self.query_many(states.reshape(-1, len(self.parameters)), nodes)
+        return with_time_axis(answers, states.shape[:2])
+
+    def _given(self) -> list[Parameter]:
+        """Returns the parameters without the time and the tables of a history."""
+        return self.parameters[: self._n_given]
+
+    def _need_history(self) -> None:
+        if not len(self.times):
+            raise NoHistoryError("the model has no history: its deck has no times")
+
+    def _answer_at(
+        self, context: c_void_p, state: FloatArray, nodes: Sequence[int] | IntArray | None, told: CAnswer
+    ) -> Answer:
+        """Returns the last answer of a context, which `told` describes, at a state of a history."""
+        indices = None if nodes is None else self._indices_of(nodes)
+        warn_outside(self.parameters, state[None], np.array([bool(told.is_inside_box)]), stack_level=4)
+        multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
+        return self._answer(context, state, indices, told, multipliers)
+
+    def _answer(
+        self,
+        context: c_void_p,
+        point: FloatArray,
+        indices: IntArray | None,
+        told: CAnswer,
+        multipliers: FloatArray,
+    ) -> Answer:
+        """Returns the last answer of a context; nodes from 0, None: all."""
+        with self._handles.model() as model:
             return Answer(
                 point=self._named(point),
                 multipliers=multipliers,
