@@ -18,7 +18,8 @@ module sig_check
   use sig_parameter_space, only: build_states, find_states, format_point
   use sig_point_argument, only: parse_states
   use sig_point_checks, only: check_points
-  use sig_problem, only: inert_pair_names, problem_t, warn_of_plan
+  use sig_problem, only: problem_t
+  use sig_problem_texts, only: inert_pair_names, warn_of_plan
   use sig_row_condition, only: condition_of_rows
   use sig_session, only: session_t
   use sig_solver_plan, only: plan_text

@@ -16,7 +16,7 @@ module sig_session
   use sig_kinds, only: rk
   use sig_log, only: log_error, log_info
   use sig_petsc_support, only: insert_petsc_options, max_over_ranks, options_unused_everywhere
-  use sig_problem, only: announce_plan
+  use sig_problem_texts, only: announce_plan
   use sig_signals, only: say_when_ended
   use sig_study_plan, only: plan_study
   use sig_text, only: string_t

@@ -17,7 +17,8 @@ module sig_stage_report
   use sig_log, only: log_warning
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: library_versions, rank_and_size
-  use sig_problem, only: inert_pair_names, problem_t
+  use sig_problem, only: problem_t
+  use sig_problem_texts, only: inert_pair_names
   use sig_reactions, only: boundary_reactions, reaction_t
   use sig_reasons, only: reason_converged, reason_text
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states

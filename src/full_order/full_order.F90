@@ -9,7 +9,8 @@ module sig_full_order
   use sig_errors, only: error_t
   use sig_petsc_support, only: rank_and_size
   use sig_point_solver, only: point_solver_t
-  use sig_problem, only: load_problem, problem_t
+  use sig_problem, only: problem_t
+  use sig_problem_loading, only: load_problem
   use sig_rank_groups, only: create_rank_groups, number_of_groups, rank_groups_t
   use petsc
   implicit none(type, external)

@@ -6,7 +6,8 @@ module sig_point_checks
   use sig_kinds, only: rk
   use sig_materials, only: check_materials
   use sig_parameter_space, only: format_point
-  use sig_problem, only: problem_t, tags_text
+  use sig_problem, only: problem_t
+  use sig_problem_texts, only: tags_text
   use sig_rounding, only: rounding
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text

@@ -13,7 +13,8 @@ program benchmark_saddle_point
   use sig_kinds, only: rk
   use sig_linear_solver, only: constrain, linear_solver_t
   use sig_petsc_support, only: create_matrix, create_vector, end_petsc, insert_petsc_options, start_petsc
-  use sig_problem, only: load_problem, problem_t
+  use sig_problem, only: problem_t
+  use sig_problem_loading, only: load_problem
   use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
   use sig_term_values, only: evaluate_points

@@ -14,7 +14,8 @@ module sig_sampling
   use sig_parameter_space, only: build_states
   use sig_point_batches, only: deal_points, point_batches_t
   use sig_point_checks, only: check_points
-  use sig_problem, only: announce_plan, problem_t
+  use sig_problem, only: problem_t
+  use sig_problem_texts, only: announce_plan
   use sig_progress, only: progress_t
   use sig_rank_groups, only: rank_groups_t
   use sig_reasons, only: reason_converged

@@ -9,7 +9,8 @@ module patch_study
   use sig_file_system, only: read_text_file
   use sig_kinds, only: rk
   use sig_petsc_support, only: rows_of_rank
-  use sig_problem, only: load_problem, parameter_names, problem_t
+  use sig_problem, only: parameter_names, problem_t
+  use sig_problem_loading, only: load_problem
   use sig_reasons, only: reason_converged
   use sig_snapshot_store, only: snapshot_set_t
   use petsc
