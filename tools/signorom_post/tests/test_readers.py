@@ -24,8 +24,10 @@ from half_disk_results import (
 from signorom_post.contact import Contact, ContactSide
 from signorom_post.errors import InputError
 from signorom_post.figures import choose_point
+from signorom_post.plots.histories import histories
 from signorom_post.readers.enrichment import read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
+from signorom_post.readers.histories import read_histories
 from signorom_post.readers.model import read_model
 from signorom_post.readers.validation import read_validation
 from signorom_post.results import Results
@@ -246,3 +248,35 @@ def test_a_label_has_no_unit_1_and_is_found_with_it(folder: Path) -> None:
     assert fields.points[1].label == "squeeze = 0.3"
     assert fields.points[1].parameter_units == ["1"]
     assert choose_point(fields, "squeeze = 0.3 1") is fields.points[1]
+
+
+def test_histories(tmp_path: Path) -> None:
+    """Two points with two and three times; the size of a resultant is that of its components."""
+    path = tmp_path / "history.csv"
+    path.write_text(
+        "P,time,load,status,n_active,contact_force,contact_1_area,contact_1_force_x,contact_1_force_y,lambda_3\n"
+        '2,0.5,1,"converged",1,5,0.1,3,4,5\n2,1,2,"converged",1,10,0.2,6,-8,10\n'
+        '7,0.5,3,"converged",0,0,0,0,0,0\n7,1,4,"not converged",nan,nan,nan,nan,nan,nan\n7,3,5,"converged",1,1,1,0,1,1\n'
+    )
+    first, second = read_histories(path)
+    assert (first.point, second.point) == ({"P": 2.0}, {"P": 7.0})
+    assert list(first.times) == [0.5, 1]
+    assert list(second.times) == [0.5, 1, 3]
+    assert list(second.tables["load"]) == [3, 4, 5]
+    assert first.forces[:, 0] == pytest.approx([5, 10])
+    assert first.areas[:, 0] == pytest.approx([0.1, 0.2])
+    assert np.isnan(second.forces[1, 0])
+    figure = histories([first, second], ["1: a - b"], {"time": "h", "force": "N", "area": "mm²"})
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "tables",
+        "contact force [N]",
+        "contact area [mm²]",
+    ]
+
+
+def test_histories_without_their_columns(tmp_path: Path) -> None:
+    """A table of predict has the time behind other columns, or none."""
+    path = tmp_path / "history.csv"
+    path.write_text("time,P,status\n1,2,converged\n")
+    with pytest.raises(InputError, match="the columns must be the parameters, time, the tables, status"):
+        read_histories(path)

@@ -4,6 +4,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -13,6 +14,7 @@ from signorom_post.log import Log
 from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
+from signorom_post.plots.histories import histories
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
 from signorom_post.plots.pressure_maps import pressure_maps
@@ -201,11 +203,47 @@ def _enrichment(results: Results, options: FigureOptions) -> Iterator[tuple[str,
     yield "", enrichment(histories)
 
 
+def _histories(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    try:
+        shown = results.histories
+    except MissingFileError:
+        if options.only is not None:
+            raise
+        return
+    n_contacts = shown[0].forces.shape[1]
+    if n_contacts == 0:
+        raise NotDrawableError(f"{results.folder / 'history.csv'}: the deck has no contact")
+    deck = _mapping(results.report.get("deck")) if (results.folder / "report.yaml").is_file() else {}
+    told = _mapping(deck.get("units"))
+    is_plane = str(_mapping(deck.get("mesh")).get("model")).startswith("plane")
+    length, force = str(told.get("length", "")), str(told.get("force", ""))
+    units = {
+        "time": str(told.get("time", "")),
+        "force": f"{force}/{length}" if is_plane and force else force,
+        "area": length if is_plane or not length else f"{length}²",
+    }
+    contacts = deck.get("contact") if isinstance(deck.get("contact"), list) else []
+    names = [
+        f"{k + 1}: {_name_of(contacts[k])}" if k < len(contacts) else str(k + 1) for k in range(n_contacts)
+    ]
+    yield "", histories(shown, names, units)
+
+
+def _mapping(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _name_of(contact: Any) -> str:
+    entry = _mapping(contact)
+    return f"{entry.get('first', '?')} - {entry.get('second', 'obstacle')}"
+
+
 #: name of a figure, which is its file without the ending -> procedure that draws it
 BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figure]]]] = {
     "initial_and_deformed": _initial_and_deformed,
     "reduced_domain": _reduced_domain,
     "multipliers": _multipliers,
+    "histories": _histories,
     "errors": _errors,
     "clusters": _clusters,
     "singular_values": _singular_values,

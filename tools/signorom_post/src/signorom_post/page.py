@@ -64,6 +64,7 @@ CAPTIONS = {
     "initial_and_deformed": "The bodies at rest and displaced",
     "reduced_domain": "The reduced integration domain",
     "multipliers": "Contact forces",
+    "histories": "Tables, contact forces and contact areas over the time",
     "errors": "Errors over the parameters",
     "clusters": "Which local model answers where",
     "singular_values": "Singular values of the snapshots",

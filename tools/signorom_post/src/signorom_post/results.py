@@ -8,6 +8,7 @@ from typing import Any
 from signorom_post.errors import InputError, MissingFileError
 from signorom_post.readers.enrichment import History, read_enrichment
 from signorom_post.readers.fields import FieldFile, read_fields
+from signorom_post.readers.histories import PointHistory, read_histories
 from signorom_post.readers.model import Model, read_model
 from signorom_post.readers.report import read_report
 from signorom_post.readers.snapshots import SnapshotSet, read_snapshots
@@ -70,6 +71,11 @@ class Results:
         InputError if the file is missing or cannot be used.
         """
         return read_enrichment(self.folder / "enrichment.csv")
+
+    @cached_property
+    def histories(self) -> list[PointHistory]:
+        """Contents of history.csv, one entry per point; InputError if the file is missing or cannot be used."""
+        return read_histories(self.folder / "history.csv")
 
     @cached_property
     def validation(self) -> Validation:
