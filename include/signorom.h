@@ -366,18 +366,21 @@ int signorom_get_imposed_strains(signorom_context *context, double *strain);
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 
-/* Computes the derivatives of the last answer with respect to each parameter, where closed contacts with a force stay
- * closed and open ones stay open. n_grazing contacts touch without a force and may do either. With such contacts, or at
- * a kink of an expression of the deck, the derivative towards larger values (direction 1) may differ from the one
- * towards smaller values (direction -1); is_one_sided [n_parameters] is 1 for the parameters where it does. Both
- * directions give the derivative with respect to the parameter; -1 does not change the sign. n_grazing and is_one_sided
- * may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced model that keeps
- * the full-order operator gives the derivatives of the full-order solution, and not those of its own answer. The call
- * returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this operator has no answer
- * at the point; if a load (whole_edges) or an expression jumps, has no finite slope or has no value on this side of the
- * point; if the forces are not unique; if contacts that touch without a force leave no solution beside the point; and
- * if beside the point the loads move a body that no contact force holds here (n_free_motions of the answer).
- * It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per parameter. */
+/* Computes the derivatives of the last answer with respect to each parameter. After signorom_advance with null tables
+ * those with respect to a parameter of the deck or the time contain what the tables of the model change with it; for
+ * all other states of a history each value stands for itself. The derivatives are those where closed contacts with a
+ * force stay closed and open ones stay open. n_grazing contacts touch without a force and may do either. With such
+ * contacts, or at a kink of an expression of the deck, the derivative towards larger values (direction 1) may differ
+ * from the one towards smaller values (direction -1); is_one_sided [n_parameters] is 1 for the parameters where it
+ * does. Both directions give the derivative with respect to the parameter; -1 does not change the sign. n_grazing and
+ * is_one_sided may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced
+ * model that keeps the full-order operator gives the derivatives of the full-order solution, and not those of its own
+ * answer. The call returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this
+ * operator has no answer at the point; if a load (whole_edges) or an expression jumps, has no finite slope or has no
+ * value on this side of the point; if the forces are not unique; if contacts that touch without a force leave no
+ * solution beside the point; and if beside the point the loads move a body that no contact force holds here
+ * (n_free_motions of the answer). It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per
+ * parameter. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next three return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

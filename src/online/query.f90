@@ -26,6 +26,8 @@ module sig_query
     type(table_values_t) :: tables
     real(rk), allocatable :: parameters(:)
     real(rk) :: time = 0
+    !> the last answer is that of advance with the model's own tables
+    logical :: follows_tables = .false.
     type(rooms_t) :: rooms
   contains
     procedure :: create
@@ -79,6 +81,7 @@ contains
     integer :: i_cluster, i_source
     logical :: is_valid
 
+    self%follows_tables = .false.
     i_cluster = 1
     if (size(point) == size(online%model%box, 2)) i_cluster = online%model%choice%cluster_of(point)
     if (present(cluster)) i_cluster = cluster
@@ -158,9 +161,12 @@ contains
     if (present(tables)) state(size(self%parameters) + 2:) = tables
     self%time = time
     call self%evaluate(online, state, answer)
+    self%follows_tables = .not. present(tables)
   end subroutine advance
 
-  !> Computes the derivatives of an answer with respect to each parameter. They belong to gradient%answer: this is `answer`, or, if
+  !> Computes the derivatives of an answer with respect to each parameter. After advance with the model's own tables, those with
+  !> respect to a parameter of the deck or the time contain what the tables change; otherwise each value of a state stands for
+  !> itself. They belong to gradient%answer: this is `answer`, or, if
   !> the part that answered is not exact, the answer of the fallback at the point, if there is one.
   !>
   !> Errors: message is allocated, and `gradient` is of no use, when a term jumps at the point, has no finite slope there, or has no
@@ -178,6 +184,7 @@ contains
     integer, intent(in) :: direction
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
+    character(:), allocatable :: fault
     logical :: is_kink(size(point))
     integer :: i
     type(term_failure_t) :: failure
@@ -187,7 +194,13 @@ contains
     gradient%lengths = online%lengths_at(point)
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
-    call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, failure)
+    if (self%follows_tables) then
+      call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, failure, &
+        self%tables)
+      call self%tables%begin(self%parameters, i, fault)
+    else
+      call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, failure)
+    end if
     if (failure%i_parameter > 0) then
       call explain(online%model%terms, failure, message)
       return

@@ -55,6 +55,7 @@ module sig_history
     procedure :: create
     procedure :: begin
     procedure :: at
+    procedure :: n_values => n_values_of_tables
     procedure :: destroy
   end type table_values_t
 
@@ -189,6 +190,13 @@ contains
     end do
     i_table = 0
   end subroutine begin
+
+  !> Returns how many values `at` gives: the time and each table. Requires: create.
+  pure integer function n_values_of_tables(self)
+    class(table_values_t), intent(in) :: self
+
+    n_values_of_tables = size(self%starts)
+  end function n_values_of_tables
 
   !> Returns the time and the values of all tables there, the part of a state behind the parameters. Requires: begin.
   pure function at(self, time) result(values)

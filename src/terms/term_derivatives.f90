@@ -10,6 +10,7 @@
 !> jumps, for example where the end of a window passes a node. If they differ, the point is a kink (of min, max, abs, a condition, a
 !> window), and the derivative is the limit of the side that the caller asks for.
 module sig_term_derivatives
+  use sig_history, only: table_values_t
   use sig_kinds, only: rk
   use sig_term_values, only: term_values_t
   implicit none(type, external)
@@ -38,7 +39,7 @@ contains
   !> Computes the derivatives of all terms with respect to all parameters at one point.
   !>
   !> If some derivative does not exist, failure%i_parameter is not 0, and `derivatives` is of no use.
-  subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, failure)
+  subroutine differentiate_terms(terms, point, theta, lengths, direction, derivatives, is_kink, failure, tables)
     type(term_values_t), intent(inout) :: terms
     !> values of the parameters, shape (n_parameters); all terms must have finite values there
     real(rk), intent(in) :: point(:)
@@ -55,19 +56,22 @@ contains
     !> the first parameter over which a term has no derivative towards `direction`, because the term jumps, has an infinite slope,
     !> or has no finite value beside the point
     type(term_failure_t), intent(out) :: failure
+    !> tables of a history, begun: the values of the point behind the time are theirs and change with the parameters and the time;
+    !> default: each value of the point stands for itself
+    type(table_values_t), intent(inout), optional :: tables
     type(term_failure_t) :: found
     integer :: i
 
     is_kink = .false.
     do i = 1, size(point)
-      call differentiate(terms, point, theta, i, lengths(i), direction, derivatives(:, i), is_kink(i), found)
+      call differentiate(terms, point, theta, i, lengths(i), direction, derivatives(:, i), is_kink(i), found, tables)
       if (found%i_parameter > 0 .and. failure%i_parameter == 0) failure = found
     end do
   end subroutine differentiate_terms
 
   !> Computes the derivatives of all terms with respect to one parameter. is_kink: see take_limits; failure: one does not exist.
   !> Other arguments as in differentiate_terms.
-  subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, failure)
+  subroutine differentiate(terms, point, theta, i_parameter, length, direction, slopes, is_kink, failure, tables)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     real(rk), intent(in) :: theta(:)
@@ -78,6 +82,7 @@ contains
     real(rk), contiguous, intent(inout) :: slopes(:)
     logical, intent(out) :: is_kink
     type(term_failure_t), intent(out) :: failure
+    type(table_values_t), intent(inout), optional :: tables
     real(rk) :: values(size(slopes), -2:2), sides(size(slopes), -1:1, size(steps))
     real(rk), dimension(size(slopes)) :: noise, scales
     logical :: is_open(size(slopes)), is_same(size(slopes))
@@ -87,7 +92,7 @@ contains
     is_open = .true.
     scales = 0
     do i = 1, size(steps)
-      call evaluate_beside(terms, point, i_parameter, steps(i) * length, values, missing)
+      call evaluate_beside(terms, point, i_parameter, steps(i) * length, values, missing, tables)
       scales = max(scales, terms%scales(maxval(abs(values), dim=2)))
       noise = rounding * scales / (steps(i) * length)
       sides(:, -1, i) = slope_of_side(values, -1, steps(i) * length)
@@ -166,7 +171,7 @@ contains
   end subroutine find_limits
 
   !> Evaluates the terms at the steps -2, -1, 1 and 2 from the point, along one parameter. The values at 0 stay as they are.
-  subroutine evaluate_beside(terms, point, i_parameter, step, values, missing)
+  subroutine evaluate_beside(terms, point, i_parameter, step, values, missing, tables)
     type(term_values_t), intent(inout) :: terms
     real(rk), intent(in) :: point(:)
     integer, intent(in) :: i_parameter
@@ -177,6 +182,7 @@ contains
     real(rk), contiguous, intent(inout) :: values(:, -2:)
     !> a source without a finite value on the side -1 and on the side 1, 1-based; 0 = none
     integer, intent(out) :: missing(-1:)
+    type(table_values_t), intent(inout), optional :: tables
     real(rk) :: place(size(point))
     integer :: i, i_source
     logical :: is_valid
@@ -186,12 +192,34 @@ contains
       if (i == 0) cycle
       place = point
       place(i_parameter) = point(i_parameter) + i * step
-      call terms%evaluate(place, values(:, i), is_valid, i_source)
+      is_valid = .true.
+      i_source = 1
+      if (present(tables)) call follow_tables(tables, i_parameter, place, is_valid)
+      if (is_valid) call terms%evaluate(place, values(:, i), is_valid, i_source)
       if (.not. is_valid) missing(sign(1, i)) = i_source
     end do
     if (missing(-1) > 0) values(:, -2:-1) = 0
     if (missing(1) > 0) values(:, 1:2) = 0
   end subroutine evaluate_beside
+
+  !> Sets the values behind the time to those of the tables, unless it is one of them that was moved. is_valid: the tables are.
+  subroutine follow_tables(tables, i_parameter, place, is_valid)
+    type(table_values_t), intent(inout) :: tables
+    !> the value that was moved
+    integer, intent(in) :: i_parameter
+    !> parameters, time, values of the tables
+    real(rk), intent(inout) :: place(:)
+    logical, intent(out) :: is_valid
+    character(:), allocatable :: fault
+    integer :: i_table, n
+
+    is_valid = .true.
+    n = size(place) - tables%n_values()
+    if (i_parameter > n + 1) return
+    call tables%begin(place(:n), i_table, fault)
+    is_valid = i_table == 0
+    if (is_valid) place(n + 1:) = tables%at(place(n + 1))
+  end subroutine follow_tables
 
   !> Whether the slopes of both sides differ from the central slope by at most 1e-6 of the larger one plus `noise`, for each term.
   pure function are_same(sides, noise)

@@ -174,6 +174,11 @@ def test_other_history(signorom, tmp_path, results):
         assert said in refuse(signorom, *command, folder=tmp_path)
 
 
+def answer_at(model, time):
+    """The answer at a time of the history with P = 7, late = 0.3."""
+    return model.start(P=7, late=0.3).advance(time)
+
+
 def test_python(results):
     """States, answers with a time axis, and one time after the other, also with measured tables."""
     with Model(results / "model.h5") as model:
@@ -198,6 +203,18 @@ def test_python(results):
                 history.advance(5, pull=1)
             with pytest.warns(ExtrapolationWarning):
                 assert history.advance(4.5, load=-3).multipliers.sum() == pytest.approx(-3 + 22.5, rel=1e-10)
+            # force = load + 5 t; load = P (1 - 1.5 (t - 1.3) / 1.7) behind the node at 1 + late = 1.3 h
+            gradient = answer_at(model, 2.0).gradient
+            along = dict(zip(gradient.parameters, gradient.multipliers.sum(axis=1), strict=True))
+            share = (2.0 - 1.3) / 1.7
+            slope = -1.5 * 7 / 1.7
+            assert along["P"] == pytest.approx(1 - 1.5 * share, rel=1e-7)
+            assert along["time"] == pytest.approx(slope + 5, rel=1e-7)
+            # a later peak shifts the node at 1.3 h: d share / d late = (share - 1) / 1.7
+            assert along["late"] == pytest.approx(-7 * 1.5 * (share - 1) / 1.7, rel=1e-6)
+            assert along["load"] == pytest.approx(1, rel=1e-9)
+            partial = model.query(**answer_at(model, 2.0).point).gradient
+            assert partial.multipliers.sum(axis=1) == pytest.approx([0, 0, 5, 1], abs=1e-8)
         with pytest.raises(ValueError, match="the history is closed"):
             history.advance(6)
         with pytest.raises(TypeError, match="unknown parameter 'time'"):

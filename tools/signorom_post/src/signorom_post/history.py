@@ -14,8 +14,9 @@ from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
 from signorom_post.library import BAD_ARGUMENT, NO_ANSWER, CAnswer, doubles, text_of
 
-#: makes the answer of a context at a state, with displacements of the given nodes (None: all)
-AnswerMaker = Callable[[c_void_p, FloatArray, Sequence[int] | IntArray | None, CAnswer], Answer]
+#: makes the answer of a context at a state, with displacements of the given nodes (None: all); the last argument says
+#: whether the tables had other values than the model's
+AnswerMaker = Callable[[c_void_p, FloatArray, Sequence[int] | IntArray | None, CAnswer, bool], Answer]
 
 
 class NoHistoryError(Exception):
@@ -51,8 +52,9 @@ class History:
         """Returns the answer at the next time [unit of time of the deck], which must be later than the one before.
 
         `tables`: values of all tables at this time by their names; without any, those of the deck's tables. nodes,
-        NoAnswerError and ExtrapolationWarning are as for Model.query. TypeError if only some tables are given or one is
-        unknown; ValueError if a value is not finite, the time is not later, or the history was closed.
+        NoAnswerError and ExtrapolationWarning are as for Model.query. Without values of tables, derivatives over the
+        deck's parameters and the time contain what the deck's tables change. TypeError if only some tables are given
+        or one is unknown; ValueError if a value is not finite, the time is not later, or the history was closed.
         """
         if self._context is None:
             raise ValueError("the history is closed")
@@ -68,7 +70,7 @@ class History:
             raise failure(text_of(self._library.signorom_message(self._context)))
         state = np.zeros(self._n_parameters)
         self._library.signorom_get_point(self._context, doubles(state))
-        return self._answer_of(self._context, state, nodes, told)
+        return self._answer_of(self._context, state, nodes, told, bool(tables))
 
     def _values_of(self, tables: Mapping[str, float]) -> FloatArray:
         """Returns the values of all tables in the model's order."""

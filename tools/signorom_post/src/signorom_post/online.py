@@ -5,7 +5,7 @@ The answers are those of the library `libsignorom_online`.
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from ctypes import byref, c_char_p, c_double, c_int, c_void_p, sizeof
 from functools import partial
 from pathlib import Path
@@ -33,6 +33,8 @@ from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
 from signorom_post.points import point_of, points_of, range_of, warn_inaccurate, warn_outside, warn_unheld
 
+#: asks a context for an answer; returns whether there is none
+Asker = Callable[[c_void_p], bool]
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
 
@@ -267,7 +269,7 @@ class Model:
         indices = None if nodes is None else self._indices_of(nodes)
         with self._handles.context() as context:
             told, multipliers = self._ask(context, point)
-            return self._answer(context, point, indices, told, multipliers)
+            return self._answer(context, point, indices, told, multipliers, partial(self._query, point))
 
     def start(self, **values: float) -> History:
         """Begins a history at the time 0 for the deck's parameters, a keyword per parameter; see History.
@@ -315,13 +317,30 @@ class Model:
             raise NoHistoryError("the model has no history: its deck has no times")
 
     def _answer_at(
-        self, context: c_void_p, state: FloatArray, nodes: Sequence[int] | IntArray | None, told: CAnswer
+        self,
+        context: c_void_p,
+        state: FloatArray,
+        nodes: Sequence[int] | IntArray | None,
+        told: CAnswer,
+        has_tables: bool,
     ) -> Answer:
         """Returns the last answer of a context, which `told` describes, at a state of a history."""
         indices = None if nodes is None else self._indices_of(nodes)
         warn_outside(self.parameters, state[None], np.array([bool(told.is_inside_box)]), stack_level=4)
         multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
-        return self._answer(context, state, indices, told, multipliers)
+        # tables of the model change with the parameters; other values stand for themselves
+        ask = partial(self._query, state) if has_tables else partial(self._jump, state)
+        return self._answer(context, state, indices, told, multipliers, ask)
+
+    def _query(self, point: FloatArray, context: c_void_p) -> bool:
+        """Asks a context at a point; returns whether there is no answer."""
+        return bool(self._library.signorom_query(context, doubles(point), None))
+
+    def _jump(self, state: FloatArray, context: c_void_p) -> bool:
+        """Asks a context at a state of a history with the model's tables; returns whether there is no answer."""
+        library, given = self._library, np.ascontiguousarray(state[: self._n_given])
+        has_failed = library.signorom_start(context, doubles(given))
+        return bool(has_failed or library.signorom_advance(context, state[self._n_given], None, None))
 
     def _answer(
         self,
@@ -330,8 +349,9 @@ class Model:
         indices: IntArray | None,
         told: CAnswer,
         multipliers: FloatArray,
+        ask: Asker,
     ) -> Answer:
-        """Returns the last answer of a context; nodes from 0, None: all."""
+        """Returns the last answer of a context; nodes from 0, None: all. `ask` asks for it again."""
         with self._handles.model() as model:
             return Answer(
                 point=self._named(point),
@@ -356,7 +376,7 @@ class Model:
                 displacement_bound=known(told.displacement_bound),
                 relative_displacement_bound=known(told.relative_displacement_bound),
                 n_free_motions=told.n_free_motions,
-                _differentiate=partial(self._gradient, point, indices),
+                _differentiate=partial(self._gradient, ask, indices),
                 _areas=self._areas,
             )
 
@@ -374,30 +394,31 @@ class Model:
         names = [parameter.name for parameter in self.parameters]
         return dict(zip(names, point.tolist(), strict=True))
 
-    def _gradient(self, point: FloatArray, indices: IntArray | None, direction: int) -> Gradient:
+    def _gradient(self, ask: Asker, indices: IntArray | None, direction: int) -> Gradient:
         """Returns the derivatives towards larger (`direction` 1) or smaller (-1) values; nodes from 0, None: all."""
         n_grazing = c_int()
         is_one_sided = np.zeros(len(self.parameters), dtype=np.intc)
         with self._handles.model() as model, self._handles.context() as context:
             library, n_dimensions = self._library, self._sizes.n_dimensions
-            if library.signorom_query(context, doubles(point), None) or library.signorom_differentiate(
+            if ask(context) or library.signorom_differentiate(
                 context, direction, byref(n_grazing), ints(is_one_sided)
             ):
                 raise NoAnswerError(text_of(library.signorom_message(context)))
             n_entries, n_moments = self._n_entries(model)
-            multipliers = np.zeros((len(point), self._sizes.n_contacts))
-            forces = np.zeros((len(point), n_entries, n_dimensions))
-            moments = np.zeros((len(point), n_entries, n_moments))
+            n = len(self.parameters)
+            multipliers = np.zeros((n, self._sizes.n_contacts))
+            forces = np.zeros((n, n_entries, n_dimensions))
+            moments = np.zeros((n, n_entries, n_moments))
             library.signorom_get_multiplier_gradient(context, doubles(multipliers))
             library.signorom_get_resultant_gradient(context, doubles(forces), doubles(moments))
-            errors = np.zeros(len(point))
+            errors = np.zeros(n)
             library.signorom_get_displacement_gradient_errors(context, doubles(errors))
             return Gradient(
                 parameters=[parameter.name for parameter in self.parameters],
                 multipliers=multipliers,
                 forces=forces,
                 moments=moments,
-                displacement=self._displacement_gradient(context, len(point), indices),
+                displacement=self._displacement_gradient(context, n, indices),
                 displacement_errors=errors,
                 is_one_sided=is_one_sided.astype(bool),
                 n_grazing=n_grazing.value,
