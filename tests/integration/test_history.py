@@ -7,7 +7,7 @@ import pytest
 from block_meshes import stacked_blocks
 from results import read_fields, read_table
 from runs import refuse
-from signorom_post import ExtrapolationWarning, Model
+from signorom_post import ExtrapolationWarning, Model, NoHistoryError
 
 # The blocks are 1 wide, nu = 0: the contact force is the pressure, and the upper block is pressed together by P / E.
 MODULUS = 2.0e6
@@ -233,3 +233,21 @@ def test_prescribed_time_is_no_parameter(signorom, tmp_path, results):
     """--at gives the point; the times follow from the deck."""
     said = refuse(signorom, "predict", results / "model.h5", "--at", "P=2,late=0,time=1", folder=tmp_path)
     assert "unknown parameter 'time' in --at; the parameters are P, late" in said
+
+
+def test_history_of_a_model_without_one(signorom, tmp_path):
+    """--history needs a model with times, and goes with predict only."""
+    deck = tmp_path / "part.yaml"
+    write_deck(tmp_path)
+    text = DECK[: DECK.index("history:")] + DECK[DECK.index("materials:") :]
+    deck.write_text(text.replace('"load + 5 * time"', '"P + late"'))
+    signorom("sample", deck, folder=tmp_path)
+    signorom("train", deck, folder=tmp_path)
+    (tmp_path / "h.csv").write_text("time\n1\n")
+    model = tmp_path / "results" / "part" / "model.h5"
+    command = ["predict", model, "--at", "P=2,late=0", "--history", "h.csv"]
+    assert "the model has no history: its deck has no times" in refuse(signorom, *command, folder=tmp_path)
+    said = refuse(signorom, "solve", deck, "--history", "h.csv", folder=tmp_path)
+    assert "--history goes with predict, not with solve" in said
+    with Model(model) as opened, pytest.raises(NoHistoryError):
+        opened.start(P=2, late=0)
