@@ -80,9 +80,11 @@ def pressure_error(mesh, name, pressure):
 
 
 @pytest.mark.parametrize("first", FACES)
-@pytest.mark.parametrize(("element", "order"), [("Q4", 1), ("T3", 1), ("Q8", 2), ("T6", 2)])
-def test_press_fit_of_the_mesh(signorom, tmp_path, figures, element, order, first):
-    """Order on curved edges: 1 of linear ones, whose displacements cannot be curved; 2 of quadratic ones."""
+@pytest.mark.parametrize(
+    ("element", "order", "worst"), [("Q4", 1, 5e-3), ("T3", 1, 5e-3), ("Q8", 1.9, 2e-4), ("T6", 1.9, 2e-4)]
+)
+def test_press_fit_of_the_mesh(signorom, tmp_path, figures, element, order, worst, first):
+    """Order on curved edges: 1 of linear ones, whose displacements cannot be curved; 2 of quadratic ones, nearly."""
     problem = f"press fit of the mesh, {element}, {first} first"
     errors = []
     for step in (1, 2, 4):
@@ -93,7 +95,7 @@ def test_press_fit_of_the_mesh(signorom, tmp_path, figures, element, order, firs
     print(problem, *errors)
     measured = np.log2(errors[0] / errors[-1]) / 2
     figures.at_least(problem, "order of the pressure, L2", measured, order, "Lamé")
-    figures.at_most(problem, "pressure with 32 facing 52 edges, L2", errors[-1], 5e-3, "Lamé")
+    figures.at_most(problem, "pressure with 32 facing 52 edges, L2", errors[-1], worst, "Lamé")
 
 
 @pytest.mark.parametrize("first", FACES)
