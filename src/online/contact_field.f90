@@ -7,8 +7,9 @@
 !> By modes: H z is nearly Phi a with a = A z, where Phi = H S are orthonormal in the norm of K and A = S'C. This is the projection
 !> of H z, so that the error is known: |H z - Phi a|_K^2 = z'C z - |a|^2.
 !>
-!> Compressed: H is kept in blocks of single precision (sig_compressed_matrix). With the errors E of its columns the error is known,
-!> too: |E z|_K^2 = z'(E'K E) z, and training computes E'K E.
+!> Compressed: some modes take the soft motions out of H, which are large in all of its columns, and the rest H - Phi A is kept in
+!> blocks of single precision (sig_compressed_matrix). With the errors E of its columns the error is known, too: |E z|_K^2 = z'(E'K
+!> E) z, and training computes E'K E.
 module sig_contact_field
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_compressed_matrix, only: compressed_matrix_t
@@ -32,7 +33,7 @@ module sig_contact_field
     real(rk), allocatable :: modes(:, :)
     !> [sqrt(force*length)/force] A, shape (n_modes, n_multipliers); zero in the columns of anchors
     real(rk), allocatable :: coordinates(:, :)
-    !> [length/force] H, shape (n_dofs, n_multipliers); without the columns of anchors, which have no blocks
+    !> [length/force] H - Phi A, shape (n_dofs, n_multipliers); without the columns of anchors, which have no blocks
     type(compressed_matrix_t) :: responses
     !> [length/force] E'K E, its lower triangle column by column with zeros at anchors, shape (n_multipliers * (n_multipliers + 1) /
     !> 2); without compressed responses of size 0
@@ -101,12 +102,9 @@ contains
     real(rk) :: place(size(self%modes, 2))
 
     call multiply(-1.0_rk, self%motions, unknowns(anchors), 1.0_rk, displacement)
-    if (self%responses%is_empty()) then
-      call multiply(1.0_rk, self%coordinates, unknowns, 0.0_rk, place)
-      call multiply(-1.0_rk, self%modes, place, 1.0_rk, displacement)
-    else
-      call self%responses%add_product(-1.0_rk, unknowns, displacement)
-    end if
+    call multiply(1.0_rk, self%coordinates, unknowns, 0.0_rk, place)
+    call multiply(-1.0_rk, self%modes, place, 1.0_rk, displacement)
+    if (.not. self%responses%is_empty()) call self%responses%add_product(-1.0_rk, unknowns, displacement)
   end subroutine subtract_from
 
   !> Returns H z [length] of one dof, 1-based.
@@ -184,7 +182,7 @@ contains
 
     text = modes_text(size(self%modes, 2))
     if (.not. self%responses%is_empty()) text = 'from compressed responses (' // &
-      short_number(self%responses%size_in_bytes() / megabyte, 2) // ' MB)'
+      short_number((self%responses%size_in_bytes() + rk * real(size(self%modes), rk)) / megabyte, 2) // ' MB)'
   end function describe
 
   !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
@@ -210,8 +208,8 @@ contains
       'contact of each ordered column of the compressed responses, 1-based')
     call file%write(group // '/blocks', self%responses%blocks, description= &
       'first and last ordered row and column (1-based) and rank of each block of the compressed responses, a block per row')
-    call file%write(group // '/values', self%responses%values, length // '/(' // force // ')', 'blocks one after the other, ' // &
-      'column by column: the block if its rank is 0, else its left and right factor')
+    call file%write(group // '/values', self%responses%values, length // '/(' // force // ')', 'blocks of what the modes ' // &
+      'leave, one after the other, column by column: the block if its rank is 0, else its left and right factor')
     call file%write(group // '/errors', self%errors, length // '/(' // force // ')', 'products of the errors of two columns ' // &
       'of the compressed responses in the norm of the stiffness: the lower triangle, column by column')
   end subroutine write

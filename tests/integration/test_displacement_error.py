@@ -10,11 +10,13 @@ from contact_reference import assemble, cell_stiffnesses, hooke_plane_strain
 
 N_ACROSS = 80
 # few modes span the displacements of a contact that stays, unless more error is allowed than the default of 1e-3
-TOLERANCES = {"wanders": 1e-3, "stays": 2e-2, "floats": 1e-3}
+TOLERANCES = {"wanders": 1e-3, "stays": 4e-1, "floats": 1e-3, "slender": 1e-3}
 NO_ROOM = "max_full_order_size: 0.5"  # [MB] W takes 0.1, responses of all nodes 1.2
 # A body that wanders over the block, and one that is pressed in at the same place.
-PLACES = {"wanders": "place", "stays": "1.5 + 0 * place", "floats": "place"}
-# The block is fixed, or it lies on the ground, and only contact holds it.
+PLACES = {"wanders": "place", "stays": "1.5 + 0 * place", "floats": "place", "slender": "place"}
+# The block is fixed, or it lies on the ground, and only contact holds it. As a strip it is so soft that its responses to
+# single forces are far larger than displacements, and single precision alone would not do.
+LOW = {"wanders": 0, "stays": 0, "floats": 0, "slender": 0.85}
 SUPPORTS = {
     "wanders": ("{boundary: bottom, displacement: {x: 0, y: 0}}", ""),
     "stays": ("{boundary: bottom, displacement: {x: 0, y: 0}}", ""),
@@ -23,6 +25,10 @@ SUPPORTS = {
         "\n  - {first: bottom, obstacle: {type: half_space, point: [0, 0], normal: [0, 1]}}",
     ),
 }
+SUPPORTS["slender"] = (
+    SUPPORTS["floats"][0],
+    SUPPORTS["floats"][1].replace("[0, 0]", f"[0, {LOW['slender']}]"),
+)
 DECK = """\
 title: A cylinder on a block
 mesh: {{file: block.msh, model: plane_strain}}
@@ -44,7 +50,7 @@ def train(signorom, folder, case, reduction, n_ranks=1):
     mesh = Mesh()
     mesh.add_block(
         "block",
-        [np.linspace(0, 3, N_ACROSS + 1), np.linspace(0, 1, 11)],
+        [np.linspace(0, 3, N_ACROSS + 1), np.linspace(LOW[case], 1, 11)],
         "T3",
         {(1, 0): "bottom", (1, 1): "top", (0, 0): "left", (0, 1): "right"},
     )
@@ -71,9 +77,9 @@ class Block:
         return np.sqrt(field @ self.stiffness @ field)
 
 
-@pytest.mark.parametrize("case", ["wanders", "stays", "floats"])
+@pytest.mark.parametrize("case", list(PLACES))
 def test_error_is_known(signorom, post, tmp_path, case):
-    """At 60 other points the model tells the true error."""
+    """At 60 other points the model tells the true error of displacements and their derivatives, and both are small."""
     reduction = f"{NO_ROOM}, displacement_tolerance: {TOLERANCES[case]}"
     said, folder = train(signorom, tmp_path / "some", case, reduction)
     exact = train(signorom, tmp_path / "exact", case, "")[1]
@@ -81,17 +87,28 @@ def test_error_is_known(signorom, post, tmp_path, case):
     assert ("compressed responses" in said) == (case != "stays")
     block = Block(exact)
     points = np.random.default_rng(7).uniform([1e-3, 0.5], [6e-3, 2.5], (60, 2))
-    told, true = [], []
+    fields, changes = [], []
     with post.Model(folder / "model.h5") as some, post.Model(exact / "model.h5") as whole:
         for depth, place in points:
             a, b = (model.query(depth=depth, place=place) for model in (some, whole))
-            assert b.relative_displacement_bound <= 1e-9
-            told.append(a.relative_displacement_bound)
-            true.append(block.norm(a.displacement - b.displacement) / block.norm(b.displacement))
-    told, true = np.array(told), np.array(true)
-    assert np.all(true <= told * (1 + 1e-6))
-    assert np.percentile(told, 95) <= TOLERANCES[case]
-    assert true.max() > 1e-7, "the case tests something"
+            assert b.relative_displacement_bound <= 1e-6
+            size = block.norm(b.displacement)
+            fields.append((a.relative_displacement_bound, block.norm(a.displacement - b.displacement) / size))
+            for i, length in enumerate([5e-3, 2.0]):
+                found, expected = a.gradient.displacement[i], b.gradient.displacement[i]
+                if block.norm(expected) * length > 0.01 * size:
+                    true = block.norm(found - expected) / block.norm(expected)
+                    changes.append((a.gradient.displacement_errors[i], true))
+    check_errors(*np.transpose(fields), TOLERANCES[case])
+    assert max(true for _, true in fields) > 1e-7, "the case tests something"
+    assert len(changes) >= len(points)
+    check_errors(*np.transpose(changes), TOLERANCES[case])
+
+
+def check_errors(told, true, tolerance):
+    """What a model tells, beside the truth."""
+    assert np.all(true <= told * (1 + 1e-5))
+    assert np.percentile(told, 95) <= tolerance
     np.testing.assert_allclose(told[true > 1e-6], true[true > 1e-6], rtol=1e-3)
 
 

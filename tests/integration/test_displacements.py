@@ -34,7 +34,7 @@ def named(signorom, tmp_path_factory, request):
     """Exact displacements on an arc, without room for those of all nodes; nothing or modes elsewhere."""
     displacement = f"displacement: {{boundaries: [upper_arc], elsewhere: {request.param}}}"
     folder = tmp_path_factory.mktemp(request.param)
-    reduction = f"{displacement}, displacement_tolerance: 1.0e-2, max_full_order_size: 0.02, "
+    reduction = f"{displacement}, displacement_tolerance: 0.3, max_full_order_size: 0.02, "
     return request.param, run(signorom, folder, reduction)
 
 
@@ -59,7 +59,7 @@ def test_boundary_is_exact_and_the_rest_as_told(signorom, post, whole, named):
         assert np.isnan(answer.displacement[~on_arc]).all()
     else:
         assert set(sources[~on_arc]) == {BY_MODES}
-        assert 1e-9 * largest < wrong[~on_arc].max() <= 1e-2 * largest
+        assert 1e-9 * largest < wrong[~on_arc].max() <= 0.3 * largest
     # some nodes, in C a refusal where one of them has none
     chosen = [int(tags[on_arc][0]), int(tags[~on_arc][0])]
     some = ask(post, folder, chosen)[0].displacement

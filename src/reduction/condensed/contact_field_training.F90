@@ -19,7 +19,7 @@ module sig_contact_field_training
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
   use sig_reduced_kinds, only: fixed_of
-  use sig_response_compression, only: compress_responses
+  use sig_response_compression, only: choose_soft_combinations, compress_responses
   use sig_text, only: counted, short_number
   use sig_training_set, only: training_set_t
   use petsc
@@ -50,10 +50,11 @@ contains
     type(contact_states_t) :: states
     real(rk), allocatable :: combinations(:, :), motions(:, :)
     real(rk) :: tolerance
+    logical :: has_few
 
     PetscCall(full_order%ready_team(team, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
-    PetscCall(states%find(full_order%problem, snapshots, .true., model, ierr))
+    PetscCall(states%find(full_order%problem, snapshots, model, ierr))
     fixed => fixed_of(model)
     tolerance = full_order%problem%deck%reduction%displacement_tolerance
     associate (system => team%solver%system, field => fixed%field)
@@ -65,9 +66,10 @@ contains
       PetscCall(system%share_columns(motions, size(motions, 2), field%motions, ierr))
       PetscCall(broadcast_columns(field%motions, PETSC_COMM_WORLD, ierr))
       call choose_modes(states, fixed, tolerance, combinations)
-      if (allocated(combinations)) then
-        PetscCall(make_modes(system, condensed, combinations, field, ierr))
-      else
+      has_few = allocated(combinations)
+      if (.not. has_few) call choose_soft_combinations(full_order%problem, fixed, combinations)
+      PetscCall(make_modes(system, condensed, combinations, field, ierr))
+      if (.not. has_few) then
         PetscCall(compress(full_order%problem, system, condensed, states, tolerance, fixed, ierr))
       end if
     end associate
@@ -85,7 +87,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(contact_states_t) :: states
 
-    PetscCall(states%find(problem, snapshots, .false., model, ierr))
+    PetscCall(states%measure_solutions(problem, snapshots, model, ierr))
   end subroutine measure_displacements
 
   !> Finds the combinations S of contact forces whose displacements H S are the modes, orthonormal in the norm of K: the principal
@@ -152,7 +154,8 @@ contains
     PetscCall(broadcast_columns(field%coordinates, PETSC_COMM_WORLD, ierr))
   end subroutine make_modes
 
-  !> Compresses H so that the error of all states is at most the tolerance, in at most two attempts. Collective on all ranks.
+  !> Compresses what the modes leave of H so that the error of all states is at most the tolerance, in at most two
+  !> attempts. Collective on all ranks.
   subroutine compress(problem, system, condensed, states, tolerance, fixed, ierr)
     type(problem_t), intent(in) :: problem
     type(contact_system_t), intent(inout) :: system

@@ -18,20 +18,22 @@ contains
 
   !> Chooses 200 probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
   !> has no finite value are kept.
-  subroutine find_probes(problem, training_points, theta, nearest)
+  subroutine find_probes(problem, training_points, points, theta, nearest)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
+    !> the probes, shape (n_parameters, n_probes)
+    real(rk), allocatable, intent(out) :: points(:, :)
     !> values of the terms, shape (n_terms, n_probes)
     real(rk), allocatable, intent(out) :: theta(:, :)
     !> number of the nearest training point of each probe, from whose active set a query starts; shape (n_probes)
     integer, allocatable, intent(out) :: nearest(:)
-    real(rk), allocatable :: points(:, :)
     integer :: i, i_bad_point, i_bad_source
 
     points = probes_in(problem%deck)
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     if (i_bad_point > 0) theta = theta(:, :i_bad_point - 1)
+    points = points(:, :size(theta, 2))
     nearest = [(nearest_of(problem%deck%state_parameters, training_points, points(:, i)), i=1, size(theta, 2))]
   end subroutine find_probes
 

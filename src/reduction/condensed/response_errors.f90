@@ -130,8 +130,9 @@ contains
     type(problem_t), intent(in) :: problem
     !> training points; queries at a probe start from the active set of the nearest one
     type(training_set_t), intent(in) :: snapshots
+    real(rk), allocatable :: points(:, :)
 
-    call find_probes(problem, snapshots%parameters, self%theta, self%nearest)
+    call find_probes(problem, snapshots%parameters, points, self%theta, self%nearest)
     allocate (self%forces(problem%rows%n_rows, size(self%theta, 2)), source=0.0_rk)
     allocate (self%is_answered(size(self%theta, 2)), source=.false.)
   end subroutine create
