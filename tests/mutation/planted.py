@@ -517,7 +517,6 @@ PLANTED = [
         "matmul(abs(system%rows%gap), abs(theta))",
         "abs(matmul(system%rows%gap, theta))",
         "gaps whose terms cancel have no size",
-        "verification.test_scales",
     ),
     # snapshots
     Planted(
