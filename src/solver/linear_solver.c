@@ -57,11 +57,12 @@ static PetscErrorCode set_up(KSP ksp) {
   PetscCall(PetscSNPrintf(name, sizeof name, "-%smg_levels_ksp_chebyshev_esteig", prefix ? prefix : ""));
   PetscCall(set_default(name, ESTIMATE, &has_estimate));
   PetscCall(set_default_product(ksp, &has_product));
-  PetscCall(KSPSetUp(ksp));
-  PetscCall(KSPSetUpOnBlocks(ksp));
+  // the options must not stay where the levels cannot be made
+  PetscErrorCode status = KSPSetUp(ksp);
+  if (status == 0) status = KSPSetUpOnBlocks(ksp);
   PetscCall(drop_default(PRODUCT, has_product));
   PetscCall(drop_default(name, has_estimate));
-  return 0;
+  return status;
 }
 
 static PetscErrorCode prepare_gamg(KSP ksp, Mat matrix) {
@@ -125,9 +126,9 @@ static PetscErrorCode create_levels(KSP ksp, Mat transformation, Mat inverse, Ve
   PetscBool has_product;
 
   PetscCall(set_default_product(ksp, &has_product));
-  PetscCall(sig_contact_levels_create(ksp, transformation, inverse, mark));
+  const PetscErrorCode status = sig_contact_levels_create(ksp, transformation, inverse, mark);
   PetscCall(drop_default(PRODUCT, has_product));
-  return 0;
+  return status;
 }
 
 int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t mark,
