@@ -3,8 +3,9 @@
 """House rules that no linter knows (CONTRIBUTING.md has the reasons).
 
 Fails on a missing SPDX line, and in Fortran on: `use` without `only` (petsc, slepc and the test frameworks apart), a
-local ierr, a PETSc macro behind a one-line if, a PETSc macro on several lines, a stop outside main, bind(c) outside its
-homes, a line over 132 characters that has no PETSc macro. Tests may have a local ierr, stop and bind(c).
+local ierr, a PETSc macro behind a one-line if, a PETSc macro on several lines, a stop outside main, a procedure for C
+outside of its homes, a C procedure with two interfaces in src, a line over 132 characters that has no PETSc macro.
+Tests may have a local ierr, stop and bind(c).
 """
 
 import re
@@ -19,7 +20,7 @@ SOURCES = FORTRAN | {".c", ".h"}
 MACRO = r"(?:PetscCall\w*|SlepcCall\w*|SETERR\w*|CHKERR\w*|SIG_CHECK\w*)\s*\("
 STRING = re.compile(r"'(?:[^']|'')*'|\"(?:[^\"]|\"\")*\"")
 FREE_USES = re.compile(r"^\s*use\s+(petsc|slepc|funit|pfunit)\s*$", re.IGNORECASE)
-BIND_HOMES = re.compile(r"(_c_interfaces\.f90|/c_api_\w+\.f90|/petsc_support\.F90|include/signorom\.f90)$")
+BIND = re.compile(r"\b(?:function|subroutine)\s+(\w+)\b.*\bbind\s*\(\s*c\b", re.IGNORECASE)
 
 
 @dataclass
@@ -50,7 +51,6 @@ def line_findings(path, code, line):
     `line` is the line as it stands in the file `path`, and `code` what code_of makes of it.
     """
     is_test = "tests" in path.relative_to(ROOT).parts
-    name = path.as_posix()
     if (
         has(r"^\s*use\b(?!.*\bonly\s*:)", code)
         and not FREE_USES.match(code)
@@ -69,22 +69,51 @@ def line_findings(path, code, line):
         yield "a PETSc macro must stay on one line"
     if has(r"(^|\)|;)\s*(error\s+)?stop\b(?!\s*[=(%])", code) and path.name != "main.F90" and not is_test:
         yield "stop outside main"
-    if has(r"\bbind\s*\(\s*c\b", code) and not (
-        BIND_HOMES.search(name) or is_test or has(r"^\s*(type|enum)", code)
-    ):
-        yield "bind(c) outside its homes (<layer>_c_interfaces.f90, online/c_api_*.f90, include/signorom.f90, callbacks)"
     if len(line) > MAX_LINE and not has(MACRO, code):
         yield f"{len(line)} characters; {MAX_LINE} are allowed"
 
 
-def check_fortran(path, lines):
-    """Yields the findings in the lines of one Fortran file; bind(c) is allowed in a line with `lint: callback`."""
+def statements(lines):
+    """Yields the number of its first line, from 1, and the text of each statement, without comments and marks."""
+    text, first = "", 1
     for number, line in enumerate(lines, start=1):
         code = code_of(line)
-        allowed = "lint: callback" in line  # a callback that C or PETSc calls is a home of bind(c)
-        for text in line_findings(path, code, line):
-            if not (allowed and text.startswith("bind(c)")):
-                yield Finding(path, number, text)
+        first = first if text else number
+        text += code.strip().strip("&")
+        if not code.endswith("&"):
+            yield first, text
+            text = ""
+
+
+def check_interfaces(path, lines, homes):
+    """Yields the findings about procedures of C and procedures for C in one file of src.
+
+    `homes` has the place of each interface of a C procedure that was found before; those of this file are added. A
+    procedure for C stands in online/c_api_*.f90, or is a callback: `lint: callback` in its line.
+    """
+    is_interface = False
+    for number, code in statements(lines):
+        if has(r"^\s*(abstract\s+)?interface\b", code):
+            is_interface = True
+        elif has(r"^\s*end\s+interface\b", code):
+            is_interface = False
+        found = BIND.search(code)
+        if found and is_interface:
+            name = found[1].lower()
+            if name in homes:
+                yield Finding(path, number, f"a second interface of {name}; the first: {homes[name]}")
+            homes.setdefault(name, f"{path.relative_to(ROOT)}:{number}")
+        elif found and not path.name.startswith("c_api_") and "lint: callback" not in lines[number - 1]:
+            yield Finding(
+                path, number, "a procedure for C outside of its homes (online/c_api_*.f90, callbacks)"
+            )
+
+
+def check_fortran(path, lines):
+    """Yields the findings in the lines of one Fortran file."""
+    for number, line in enumerate(lines, start=1):
+        for text in line_findings(path, code_of(line), line):
+            yield Finding(path, number, text)
 
 
 def source_files():
@@ -97,13 +126,15 @@ def source_files():
 
 def main():
     """Checks all files and prints the findings. The exit code is 1 if there are findings, else 0."""
-    findings = []
+    findings, homes = [], {}
     for path in source_files():
         lines = path.read_text(encoding="utf-8").splitlines()
         if not any("SPDX-License-Identifier: BSD-3-Clause" in line for line in lines[:3]):
             findings.append(Finding(path, 1, "no SPDX line at the top"))
         if path.suffix in FORTRAN:
             findings.extend(check_fortran(path, lines))
+            if path.relative_to(ROOT).parts[0] == "src":
+                findings.extend(check_interfaces(path, lines, homes))
     for finding in findings:
         print(finding)
     sys.exit(1 if findings else 0)

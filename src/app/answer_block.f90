@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Answers a block of points by several threads, and makes the lines of the table of predict in the order of the points.
 module sig_answer_block
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_int, c_loc, c_ptr
-  use sig_base_c_interfaces, only: sig_run_threads
+  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_funloc, c_funptr, c_int, c_loc, c_ptr
   use sig_force_columns, only: force_columns, force_values
   use sig_kinds, only: rk
   use sig_model, only: model_t
@@ -54,6 +53,16 @@ module sig_answer_block
     procedure :: line
     procedure :: destroy
   end type answer_block_t
+
+  ! include/signorom/threads.h describes this procedure in C.
+  interface
+    subroutine sig_run_threads(n, work, data) bind(c)
+      import :: c_funptr, c_int, c_ptr
+      integer(c_int), value :: n
+      type(c_funptr), value :: work
+      type(c_ptr), value :: data
+    end subroutine sig_run_threads
+  end interface
 
 contains
 

@@ -1,15 +1,32 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Messages for the case that the process has too little memory.
 module sig_memory_check
+  use, intrinsic :: iso_c_binding, only: c_double
   use, intrinsic :: iso_fortran_env, only: error_unit
-  use sig_base_c_interfaces, only: sig_begin_memory_watch, sig_end_memory_watch, sig_memory_use, sig_need_memory, &
-    sig_return_large_blocks
   use sig_kinds, only: rk
   use sig_lapack_interfaces, only: dgetrf
+  use sig_memory, only: sig_memory_use
   use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: start_linear_algebra, hint_at_memory
+
+  ! include/signorom/memory.h describes these procedures in C.
+  interface
+    subroutine sig_return_large_blocks() bind(c)
+    end subroutine sig_return_large_blocks
+
+    subroutine sig_begin_memory_watch() bind(c)
+    end subroutine sig_begin_memory_watch
+
+    subroutine sig_end_memory_watch() bind(c)
+    end subroutine sig_end_memory_watch
+
+    subroutine sig_need_memory(n_bytes) bind(c)
+      import :: c_double
+      real(c_double), value :: n_bytes
+    end subroutine sig_need_memory
+  end interface
 
 contains
 

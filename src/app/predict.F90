@@ -2,9 +2,9 @@
 #include "signorom/macros.h"
 !> The command predict: writes the answers of a model file at given points as CSV. It needs neither deck nor mesh.
 module sig_predict
+  use, intrinsic :: iso_c_binding, only: c_int
   use mpi, only: MPI_Comm_rank
   use sig_answer_block, only: answer_block_t, table_header
-  use sig_base_c_interfaces, only: sig_processor_count
   use sig_command_line, only: command_t
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_report, error_t, exit_not_converged, exit_stopped, exit_success, make_error
@@ -33,6 +33,13 @@ module sig_predict
 
   !> warning for those who read the table on the terminal
   character(*), parameter :: lines_missing = 'stopped by a signal; answers may be missing at the end of the table'
+
+  ! include/signorom/threads.h describes this procedure in C.
+  interface
+    integer(c_int) function sig_processor_count() bind(c)
+      import :: c_int
+    end function sig_processor_count
+  end interface
 
 contains
 

@@ -1,17 +1,29 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Conversion of texts to and from C.
+!> Texts to and from C, and the end of memory that C made.
 module sig_c_strings
   use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_f_pointer, c_null_char, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: strlen
   implicit none(type, external)
   private
-  public :: to_c, from_c
+  public :: from_c, sig_free, to_c
 
   !> Converts a C text to a Fortran text: from a null-terminated pointer (null gives an empty text), a pointer with a length in
   !> bytes, or an array of characters (up to its first null, or all of it).
   interface from_c
     procedure from_pointer, from_sized_pointer, from_array
   end interface from_c
+
+  ! strlen is one of C's own; include/signorom/system.h describes the other one.
+  interface
+    pure integer(c_size_t) function strlen(text) bind(c)
+      import :: c_ptr, c_size_t
+      type(c_ptr), value :: text
+    end function strlen
+
+    subroutine sig_free(block) bind(c)
+      import :: c_ptr
+      type(c_ptr), value :: block
+    end subroutine sig_free
+  end interface
 
 contains
 

@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Output of the program while it runs. The module keeps whether this rank prints, the log file, and whether a write failed.
 module sig_log
-  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_open_to_append, sig_write_all
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use sig_clock, only: date_and_time_text
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
@@ -24,6 +23,23 @@ module sig_log
   integer(c_int) :: log_file = -1
   !> file descriptors of Linux
   integer(c_int), parameter :: standard_output = 1, standard_error = 2
+
+  ! include/signorom/system.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_open_to_append(path, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: descriptor
+    end function sig_open_to_append
+
+    integer(c_int) function sig_write_all(descriptor, bytes, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+    end function sig_write_all
+  end interface
 
 contains
 

@@ -2,15 +2,28 @@
 !> How much memory the machine has. Choices that depend on it take a share of the whole and not of what is free at the moment, so
 !> that the same deck on the same machine always gets the same solver and the same kind of model.
 module sig_memory
-  use, intrinsic :: iso_c_binding, only: c_null_char
-  use sig_base_c_interfaces, only: sig_machine_memory, sig_memory_use
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_null_char
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: machine_memory, memory_text
+  public :: machine_memory, memory_text, sig_machine_memory, sig_memory_use
 
   !> [bytes] what a machine that does not tell its memory is taken to have
   real(rk), parameter :: usual_memory = 8.0e9_rk
+
+  ! include/signorom/memory.h describes these procedures in C.
+  interface
+    subroutine sig_memory_use(peak, limit) bind(c)
+      import :: c_double
+      real(c_double), intent(out) :: peak, limit
+    end subroutine sig_memory_use
+
+    function sig_machine_memory(root) result(n_bytes) bind(c)
+      import :: c_char, c_double
+      character(kind=c_char), intent(in) :: root(*)
+      real(c_double) :: n_bytes
+    end function sig_machine_memory
+  end interface
 
 contains
 

@@ -2,7 +2,6 @@
 !> Progress of a long loop: a bar with the time left on a terminal, few log lines elsewhere.
 module sig_progress
   use, intrinsic :: iso_c_binding, only: c_int
-  use sig_base_c_interfaces, only: sig_is_terminal, sig_terminal_columns
   use sig_clock, only: wall_time
   use sig_kinds, only: rk
   use sig_log, only: clear_status, is_log_shown, log_info, log_to_file_only, show_status
@@ -37,6 +36,19 @@ module sig_progress
     procedure :: advance
     procedure :: finish
   end type progress_t
+
+  ! include/signorom/signals.h and include/signorom/system.h describe these procedures in C.
+  interface
+    integer(c_int) function sig_is_terminal(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function sig_is_terminal
+
+    integer(c_int) function sig_terminal_columns(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end function sig_terminal_columns
+  end interface
 
 contains
 

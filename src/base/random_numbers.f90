@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Random numbers that a seed repeats on every machine and rank count.
 module sig_random_numbers
-  use sig_base_c_interfaces, only: sig_random_below, sig_random_fraction
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_int64_t
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
@@ -14,6 +14,22 @@ module sig_random_numbers
     procedure :: fraction
     procedure :: permutation
   end type random_t
+
+  ! include/signorom/random_numbers.h describes these procedures in C.
+  interface
+    function sig_random_fraction(state) result(value) bind(c)
+      import :: c_double, c_int64_t
+      integer(c_int64_t), intent(inout) :: state
+      real(c_double) :: value
+    end function sig_random_fraction
+
+    function sig_random_below(state, n) result(value) bind(c)
+      import :: c_int, c_int64_t
+      integer(c_int64_t), intent(inout) :: state
+      integer(c_int), value :: n
+      integer(c_int) :: value
+    end function sig_random_below
+  end interface
 
 contains
 

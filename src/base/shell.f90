@@ -1,11 +1,18 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Runs another program.
 module sig_shell
-  use, intrinsic :: iso_c_binding, only: c_null_char
-  use sig_base_c_interfaces, only: sig_run_shell
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char
   implicit none(type, external)
   private
   public :: run_shell
+
+  ! include/signorom/shell.h describes this procedure in C.
+  interface
+    integer(c_int) function sig_run_shell(command) bind(c)
+      import :: c_char, c_int
+      character(kind=c_char), intent(in) :: command(*)
+    end function sig_run_shell
+  end interface
 
 contains
 

@@ -2,12 +2,30 @@
 !> Requests to stop by SIGINT and SIGTERM. The program checks for them between two pieces of work; a process that does not stop in
 !> time is ended.
 module sig_signals
-  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_install_stop_signals, sig_is_stop_requested, sig_set_last_words
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_size_t
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: install_stop_signals, is_stop_requested, say_when_ended
+
+  ! include/signorom/signals.h describes these procedures in C.
+  interface
+    subroutine sig_install_stop_signals(grace) bind(c)
+      import :: c_double
+      real(c_double), value :: grace
+    end subroutine sig_install_stop_signals
+
+    subroutine sig_set_last_words(text, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: descriptor
+    end subroutine sig_set_last_words
+
+    integer(c_int) function sig_is_stop_requested() bind(c)
+      import :: c_int
+    end function sig_is_stop_requested
+  end interface
 
 contains
 

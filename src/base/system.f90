@@ -2,11 +2,20 @@
 !> Error messages of the system.
 module sig_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
-  use sig_base_c_interfaces, only: sig_error_text
   use sig_c_strings, only: from_c
   implicit none(type, external)
   private
   public :: system_reason
+
+  ! include/signorom/system.h describes this procedure in C.
+  interface
+    subroutine sig_error_text(code, text, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: code
+      character(kind=c_char), intent(inout) :: text(*)
+      integer(c_size_t), value :: size
+    end subroutine sig_error_text
+  end interface
 
 contains
 

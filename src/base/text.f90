@@ -2,8 +2,7 @@
 !> Helpers for short texts: numbers as text, lists of names, the nearest known word.
 module sig_text
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite, ieee_is_nan
-  use, intrinsic :: iso_c_binding, only: c_char, c_int
-  use sig_base_c_interfaces, only: sig_shortest_decimal
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int
   use sig_kinds, only: lk, rk
   implicit none(type, external)
   private
@@ -28,6 +27,16 @@ module sig_text
   interface join
     procedure join_texts, join_reals
   end interface join
+
+  ! include/signorom/number_text.h describes this procedure in C.
+  interface
+    pure subroutine sig_shortest_decimal(number, text, length) bind(c)
+      import :: c_char, c_double, c_int
+      real(c_double), value :: number
+      character(kind=c_char), intent(inout) :: text(*)
+      integer(c_int), intent(out) :: length
+    end subroutine sig_shortest_decimal
+  end interface
 
 contains
 

@@ -1,8 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Checksums (FNV-1a, 64 bits). They detect changed files; they do not protect against intended changes.
 module sig_checksum
-  use, intrinsic :: iso_c_binding, only: c_size_t
-  use sig_files_c_interfaces, only: sig_fnv1a
+  use, intrinsic :: iso_c_binding, only: c_int64_t, c_size_t
   use sig_c_strings, only: to_c
   use sig_kinds, only: lk, rk
   implicit none(type, external)
@@ -18,6 +17,16 @@ module sig_checksum
   interface fnv1a
     procedure fnv1a_of_text, fnv1a_of_integers, fnv1a_of_reals, fnv1a_of_matrix
   end interface fnv1a
+
+  ! include/signorom/checksum.h describes this procedure in C.
+  interface
+    pure integer(c_int64_t) function sig_fnv1a(bytes, size, seed) bind(c)
+      import :: c_int64_t, c_size_t
+      type(*), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+      integer(c_int64_t), value :: seed
+    end function sig_fnv1a
+  end interface
 
 contains
 

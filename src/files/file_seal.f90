@@ -2,8 +2,7 @@
 !> Seals at the head of files: length and checksum of the rest. With them a file that was cut off or changed is detected before a
 !> library reads it.
 module sig_file_seal
-  use, intrinsic :: iso_c_binding, only: c_int, c_int64_t, c_size_t
-  use sig_files_c_interfaces, only: sig_check_seal, sig_seal_file
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_int64_t, c_size_t
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
   use sig_text, only: to_text
@@ -15,6 +14,23 @@ module sig_file_seal
   integer, parameter :: seal_size = 512
   integer(c_int), parameter :: no_seal = 1, newer = 2, other_length = 3, changed = 4
   character(*), parameter :: again = 'copy or make the file again'
+
+  ! include/signorom/file_seal.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_seal_file(path, length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+    end function sig_seal_file
+
+    integer(c_int) function sig_check_seal(path, length, n_found, n_sealed) bind(c)
+      import :: c_char, c_int, c_int64_t, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), intent(out) :: n_found
+      integer(c_int64_t), intent(out) :: n_sealed
+    end function sig_check_seal
+  end interface
 
 contains
 

@@ -2,10 +2,7 @@
 !> Procedures for files and folders. Failures are errors with the path. Local: one rank calls.
 module sig_file_system
   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_free
-  use sig_files_c_interfaces, only: sig_file_kind, sig_list_files, sig_lock_directory, sig_make_directories, &
-    sig_program_path, sig_read_file, sig_remove_file, sig_unlock_directory, sig_write_file
-  use sig_c_strings, only: from_c
+  use sig_c_strings, only: from_c, sig_free
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: lk
   use sig_system, only: system_reason
@@ -32,6 +29,72 @@ module sig_file_system
     private
     integer(c_int) :: descriptor = -1
   end type directory_lock_t
+
+  ! include/signorom/file_system.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_file_kind(path, length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+    end function sig_file_kind
+
+    integer(c_int) function sig_make_directories(path, length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+    end function sig_make_directories
+
+    integer(c_int) function sig_read_file(path, length, bytes, size) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: bytes
+      integer(c_size_t), intent(out) :: size
+    end function sig_read_file
+
+    integer(c_int) function sig_write_file(path, length, bytes, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+    end function sig_write_file
+
+    integer(c_int) function sig_remove_file(path, length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+    end function sig_remove_file
+
+    integer(c_int) function sig_lock_directory(path, length, descriptor, process) bind(c)
+      import :: c_char, c_int, c_long, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: descriptor
+      integer(c_long), intent(out) :: process
+    end function sig_lock_directory
+
+    subroutine sig_unlock_directory(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end subroutine sig_unlock_directory
+
+    integer(c_int) function sig_list_files(path, length, prefix, prefix_length, names, size) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      character(kind=c_char), intent(in) :: prefix(*)
+      integer(c_size_t), value :: prefix_length
+      type(c_ptr), intent(out) :: names
+      integer(c_size_t), intent(out) :: size
+    end function sig_list_files
+
+    integer(c_int) function sig_program_path(path, size) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(out) :: path(*)
+      integer(c_size_t), value :: size
+    end function sig_program_path
+  end interface
 
 contains
 

@@ -5,18 +5,16 @@
 !> An address is the name of a dataset (`/clusters/1/basis`) or, with an @, of an attribute (`/clusters/1@rank`). `handle` is that
 !> of create_hdf5, open_hdf5 or of a file in memory, and `path` is the file's name for messages.
 module sig_hdf5_access
-  use, intrinsic :: iso_c_binding, only: c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_free
-  use sig_files_c_interfaces, only: sig_h5_create, sig_h5_describe, sig_h5_open, sig_h5_read, sig_h5_read_part, sig_h5_read_texts, &
-    sig_h5_write, sig_h5_write_rows, sig_h5_write_texts
-  use sig_c_strings, only: from_c
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_f_pointer, c_int, c_int64_t, c_loc, c_null_ptr, c_ptr, c_size_t
+  use sig_c_strings, only: from_c, sig_free
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
   use sig_kinds, only: lk, rk
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts
+  public :: create_hdf5, open_hdf5, write_array, write_columns, write_texts, find_shape, read_array, read_columns, read_texts, &
+    sig_h5_close
   public :: column_t, real_type, integer_type, text_type, single_type
 
   !> A pointer to one column of a matrix.
@@ -28,6 +26,99 @@ module sig_hdf5_access
   integer(c_int), parameter :: real_type = 1, integer_type = 2, text_type = 3, single_type = 4
   integer(c_int), parameter :: not_hdf5 = 1, damaged = 2, locked = 3, missing = 7, elsewhere = 8, too_large = 9
   integer, parameter :: max_rank = 8
+
+  ! include/signorom/hdf5_file.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_h5_create(path, length, n_free, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_size_t), value :: n_free
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_create
+
+    integer(c_int) function sig_h5_open(path, length, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_open
+
+    integer(c_int) function sig_h5_close(file) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: file
+    end function sig_h5_close
+
+    integer(c_int) function sig_h5_write(file, address, length, type, rank, shape, values) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: type
+      integer(c_int), value :: rank
+      integer(c_int64_t), intent(in) :: shape(*)
+      type(*), intent(in) :: values(*)
+    end function sig_h5_write
+
+    integer(c_int) function sig_h5_write_rows(file, address, length, n_rows, row_size, rows) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: n_rows
+      integer(c_int64_t), value :: row_size
+      type(c_ptr), intent(in) :: rows(*)
+    end function sig_h5_write_rows
+
+    integer(c_int) function sig_h5_write_texts(file, address, length, rank, n, characters, ends) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: rank
+      integer(c_int64_t), value :: n
+      character(kind=c_char), intent(in) :: characters(*)
+      integer(c_int64_t), intent(in) :: ends(*)
+    end function sig_h5_write_texts
+
+    integer(c_int) function sig_h5_describe(file, address, length, type, rank, shape) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: type
+      integer(c_int), intent(out) :: rank
+      integer(c_int64_t), intent(inout) :: shape(*)
+    end function sig_h5_describe
+
+    integer(c_int) function sig_h5_read(file, address, length, type, values) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int), value :: type
+      type(*), intent(inout) :: values(*)
+    end function sig_h5_read
+
+    integer(c_int) function sig_h5_read_part(file, address, length, first_row, n_rows, first_column, n_columns, values) bind(c)
+      import :: c_char, c_double, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), value :: first_row, n_rows, first_column, n_columns
+      real(c_double), intent(inout) :: values(*)
+    end function sig_h5_read_part
+
+    integer(c_int) function sig_h5_read_texts(file, address, length, n, characters, ends) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+      integer(c_int64_t), intent(out) :: n
+      type(c_ptr), intent(out) :: characters
+      type(c_ptr), intent(out) :: ends
+    end function sig_h5_read_texts
+  end interface
 
 contains
 

@@ -4,10 +4,9 @@
 !> The order of indices is reversed: an array of shape (n_modes, n_dofs) in h5py has the Fortran shape (n_dofs, n_modes), with the
 !> same bytes. Local: one rank reads the file.
 module sig_hdf5_reader
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_files_c_interfaces, only: sig_h5_close, sig_h5_has, sig_h5_open_image
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_ptr, c_ptr, c_size_t
   use sig_errors, only: error_t, exit_internal, make_error
-  use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_columns, read_texts, real_type, &
+  use sig_hdf5_access, only: find_shape, integer_type, open_hdf5, read_array, read_columns, read_texts, real_type, sig_h5_close, &
     single_type, text_type
   use sig_kinds, only: rk, sk
   use sig_text, only: string_t, to_text
@@ -48,6 +47,23 @@ module sig_hdf5_reader
     procedure, private :: read_text_attribute, read_text_1_attribute
     final :: finalize
   end type h5_reader_t
+
+  ! include/signorom/hdf5_file.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_h5_open_image(bytes, size, file) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: bytes(*)
+      integer(c_size_t), value :: size
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_open_image
+
+    integer(c_int) function sig_h5_has(file, address, length) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      character(kind=c_char), intent(in) :: address(*)
+      integer(c_size_t), value :: length
+    end function sig_h5_has
+  end interface
 
 contains
 

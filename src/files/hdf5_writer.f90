@@ -4,13 +4,13 @@
 !> The order of indices is reversed: a Fortran array of shape (n_dofs, n_modes) has the shape (n_modes, n_dofs) in h5py, with the
 !> same bytes. Local: one rank writes the file.
 module sig_hdf5_writer
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
-  use sig_files_c_interfaces, only: sig_commit_file, sig_h5_close, sig_h5_create_image, sig_h5_get_image, sig_h5_image_size
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_file_seal, only: seal_file, seal_size
   use sig_file_system, only: remove_file
   use sig_system, only: system_reason
-  use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, single_type, write_array, write_columns, write_texts
+  use sig_hdf5_access, only: column_t, create_hdf5, integer_type, real_type, sig_h5_close, single_type, &
+    write_array, write_columns, write_texts
   use sig_kinds, only: rk, sk
   use sig_output_stream, only: find_target
   use sig_text, only: string_t
@@ -49,6 +49,34 @@ module sig_hdf5_writer
     procedure, private :: write_text_attribute, write_text_1_attribute
     final :: finalize
   end type h5_writer_t
+
+  ! include/signorom/file_system.h and include/signorom/hdf5_file.h describe these procedures in C.
+  interface
+    integer(c_int) function sig_commit_file(from, from_length, to, to_length) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: from(*)
+      integer(c_size_t), value :: from_length
+      character(kind=c_char), intent(in) :: to(*)
+      integer(c_size_t), value :: to_length
+    end function sig_commit_file
+
+    integer(c_int) function sig_h5_create_image(file) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(out) :: file
+    end function sig_h5_create_image
+
+    integer(c_int64_t) function sig_h5_image_size(file) bind(c)
+      import :: c_int64_t, c_ptr
+      type(c_ptr), value :: file
+    end function sig_h5_image_size
+
+    integer(c_int) function sig_h5_get_image(file, size, bytes) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: file
+      integer(c_size_t), value :: size
+      character(kind=c_char), intent(out) :: bytes(*)
+    end function sig_h5_get_image
+  end interface
 
 contains
 

@@ -1,10 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes lines to the standard output, a file, a device or a pipe. Every failure is reported.
 module sig_output_stream
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_null_ptr, c_ptr, c_size_t
-  use sig_base_c_interfaces, only: sig_free
-  use sig_files_c_interfaces, only: sig_find_target, sig_output_close, sig_output_open, sig_output_write
-  use sig_c_strings, only: from_c
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_int, c_null_ptr, c_ptr, c_size_t
+  use sig_c_strings, only: from_c, sig_free
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
   implicit none(type, external)
@@ -23,6 +21,37 @@ module sig_output_stream
     procedure :: write_line
     procedure :: close => close_stream
   end type output_stream_t
+
+  ! include/signorom/output_stream.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_find_target(path, length, target, is_direct) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: target
+      integer(c_int), intent(out) :: is_direct
+    end function sig_find_target
+
+    integer(c_int) function sig_output_open(path, length, stream) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: stream
+    end function sig_output_open
+
+    integer(c_int) function sig_output_write(stream, text, size) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      type(c_ptr), value :: stream
+      character(kind=c_char), intent(in) :: text(*)
+      integer(c_size_t), value :: size
+    end function sig_output_write
+
+    integer(c_int) function sig_output_close(stream, is_kept) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: stream
+      integer(c_int), value :: is_kept
+    end function sig_output_close
+  end interface
 
 contains
 

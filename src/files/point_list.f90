@@ -6,9 +6,8 @@
 !> repeated or missing column; a line with too few or too many values; a value that is no number or outside of the box; no point at
 !> all.
 module sig_point_list
-  use, intrinsic :: iso_c_binding, only: c_int, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_size_t
   use sig_csv_fields, only: split_fields, without_end
-  use sig_files_c_interfaces, only: sig_close_descriptor, sig_open_to_read, sig_read_some
   use sig_errors, only: error_t, make_error
   use sig_file_system, only: file_exists, is_directory
   use sig_system, only: system_reason
@@ -44,6 +43,29 @@ module sig_point_list
     procedure :: next
     procedure :: close => close_list
   end type point_list_t
+
+  ! include/signorom/file_system.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_open_to_read(path, length, descriptor) bind(c)
+      import :: c_char, c_int, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      integer(c_int), intent(out) :: descriptor
+    end function sig_open_to_read
+
+    integer(c_int) function sig_read_some(descriptor, bytes, size, n_read) bind(c)
+      import :: c_char, c_int, c_size_t
+      integer(c_int), value :: descriptor
+      character(kind=c_char), intent(inout) :: bytes(*)
+      integer(c_size_t), value :: size
+      integer(c_size_t), intent(out) :: n_read
+    end function sig_read_some
+
+    subroutine sig_close_descriptor(descriptor) bind(c)
+      import :: c_int
+      integer(c_int), value :: descriptor
+    end subroutine sig_close_descriptor
+  end interface
 
 contains
 

@@ -4,7 +4,6 @@ module sig_factor_size
   use, intrinsic :: iso_c_binding, only: c_double, c_int
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_mesh_c_interfaces, only: sig_count_factor
   use sig_node_graph, only: node_graph
   implicit none(type, external)
   private
@@ -12,6 +11,17 @@ module sig_factor_size
 
   !> seed of METIS
   integer(c_int), parameter :: seed = 1
+
+  ! include/signorom/factor_size.h describes this procedure in C.
+  interface
+    integer(c_int) function sig_count_factor(n_vertices, offsets, neighbors, n_dim, seed, entries, operations) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value :: n_vertices
+      integer(c_int), intent(in) :: offsets(*), neighbors(*)
+      integer(c_int), value :: n_dim, seed
+      real(c_double), intent(out) :: entries, operations
+    end function sig_count_factor
+  end interface
 
 contains
 

@@ -1,19 +1,22 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Reads the content of a gmsh file into flat arrays, before cells are selected and checked.
 module sig_mesh_file
-  use, intrinsic :: iso_c_binding, only: c_char, c_int, c_null_char, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_int64_t, c_null_char, c_ptr, c_size_t
   use sig_c_strings, only: from_c
   use sig_checksum, only: hash_digits
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
   use sig_kinds, only: rk
-  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_message_size, gmsh_no_memory, gmsh_ok, gmsh_unreadable, &
-    sig_gmsh_elements, sig_gmsh_free, sig_gmsh_group, sig_gmsh_hash, sig_gmsh_memberships, sig_gmsh_message, &
-    sig_gmsh_nodes, sig_gmsh_read, sig_gmsh_sizes
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
   public :: raw_mesh_t, raw_nodes, read_raw_mesh, report_invalid
+  ! of the reader in C, for nodal fields, too
+  public :: gmsh_invalid, gmsh_ok, gmsh_unreadable, sig_gmsh_free, sig_gmsh_nodes, sig_gmsh_sizes
+
+  !> what the reader in C returns
+  integer(c_int), parameter :: gmsh_ok = 0, gmsh_invalid = 1, gmsh_unreadable = 2, gmsh_no_memory = 3
+  integer, parameter :: gmsh_message_size = 512
 
   !> kinds of groups: a physical group with a name, one without, a geometric entity of gmsh whose elements are in no physical group
   integer, parameter, public :: kind_named = 1, kind_physical = 2, kind_entity = 3
@@ -51,6 +54,67 @@ module sig_mesh_file
     !> FNV-1a hash of the file's bytes, 16 hexadecimal digits
     character(16) :: hash = ''
   end type raw_mesh_t
+
+  ! include/signorom/gmsh_reader.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_gmsh_read(path, length, mesh) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: mesh
+    end function sig_gmsh_read
+
+    subroutine sig_gmsh_message(mesh, message, line) bind(c)
+      import :: c_char, c_int, c_ptr
+      type(c_ptr), value :: mesh
+      character(kind=c_char), intent(inout) :: message(*)
+      integer(c_int), intent(out) :: line
+    end subroutine sig_gmsh_message
+
+    pure integer(c_int64_t) function sig_gmsh_hash(mesh) bind(c)
+      import :: c_int64_t, c_ptr
+      type(c_ptr), intent(in), value :: mesh
+    end function sig_gmsh_hash
+
+    subroutine sig_gmsh_sizes(mesh, sizes) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: mesh
+      integer(c_int), intent(inout) :: sizes(*)
+    end subroutine sig_gmsh_sizes
+
+    subroutine sig_gmsh_nodes(mesh, tags, coordinates) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: mesh
+      integer(c_int), intent(inout) :: tags(*)
+      real(c_double), intent(inout) :: coordinates(*)
+    end subroutine sig_gmsh_nodes
+
+    subroutine sig_gmsh_elements(mesh, types, tags, places, offsets, nodes) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: mesh
+      integer(c_int), intent(inout) :: types(*), tags(*), places(2, *), offsets(*), nodes(*)
+    end subroutine sig_gmsh_elements
+
+    subroutine sig_gmsh_memberships(mesh, elements, groups) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: mesh
+      integer(c_int), intent(inout) :: elements(*), groups(*)
+    end subroutine sig_gmsh_memberships
+
+    subroutine sig_gmsh_group(mesh, i, n_dim, tag, is_entity, name, name_length) bind(c)
+      import :: c_int, c_ptr, c_size_t
+      type(c_ptr), value :: mesh
+      integer(c_int), value :: i
+      integer(c_int), intent(out) :: n_dim, tag, is_entity
+      type(c_ptr), intent(out) :: name
+      integer(c_size_t), intent(out) :: name_length
+    end subroutine sig_gmsh_group
+
+    subroutine sig_gmsh_free(mesh) bind(c)
+      import :: c_ptr
+      type(c_ptr), value :: mesh
+    end subroutine sig_gmsh_free
+  end interface
 
 contains
 

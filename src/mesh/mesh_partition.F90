@@ -2,9 +2,9 @@
 #include "signorom/macros.h"
 !> Chooses the rank that owns each node and each cell. Both nodes of a pair that the caller gives have the same owner.
 module sig_mesh_partition
+  use, intrinsic :: iso_c_binding, only: c_int
   use mpi, only: MPI_Bcast, MPI_Comm_rank, MPI_Comm_size, MPI_INTEGER
   use sig_mesh, only: mesh_partition_t, mesh_t, nodes_of_cell
-  use sig_mesh_c_interfaces, only: sig_partition_graph
   use sig_node_graph, only: merge_pairs, node_graph
   use sig_petsc_support, only: precondition_failed
   use petsc
@@ -14,6 +14,17 @@ module sig_mesh_partition
 
   !> a fixed number, so that the same mesh gets the same owners in every run
   integer, parameter :: seed = 20220503
+
+  ! include/signorom/partition.h describes this procedure in C.
+  interface
+    integer(c_int) function sig_partition_graph(n_vertices, offsets, neighbors, weights, n_parts, seed, part) bind(c)
+      import :: c_int
+      integer(c_int), value :: n_vertices
+      integer(c_int), intent(in) :: offsets(*), neighbors(*), weights(*)
+      integer(c_int), value :: n_parts, seed
+      integer(c_int), intent(inout) :: part(*)
+    end function sig_partition_graph
+  end interface
 
 contains
 

@@ -4,15 +4,13 @@
 !> In an HDF5 file, /node_tags has the numbers of the nodes in the mesh file, and /<name> has one value for each of these nodes. If
 !> /coordinates exists, it has their places.
 module sig_nodal_field_file
-  use, intrinsic :: iso_c_binding, only: c_int, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_char, c_double, c_int, c_ptr, c_size_t
   use sig_c_strings, only: from_c
   use sig_deck_config, only: field_config_t
   use sig_errors, only: error_t, make_error
   use sig_hdf5_reader, only: h5_reader_t
   use sig_kinds, only: rk
-  use sig_mesh_c_interfaces, only: gmsh_invalid, gmsh_ok, gmsh_unreadable, sig_gmsh_field, sig_gmsh_field_values, sig_gmsh_free, &
-    sig_gmsh_n_fields, sig_gmsh_nodes, sig_gmsh_read_fields, sig_gmsh_sizes
-  use sig_mesh_file, only: report_invalid
+  use sig_mesh_file, only: gmsh_invalid, gmsh_ok, gmsh_unreadable, report_invalid, sig_gmsh_free, sig_gmsh_nodes, sig_gmsh_sizes
   use sig_system, only: system_reason
   use sig_text, only: append_text, join, string_t, to_text
   implicit none(type, external)
@@ -34,6 +32,38 @@ module sig_nodal_field_file
   character(*), parameter :: tags_name = '/node_tags'
   !> data set of HDF5 with the places of these nodes
   character(*), parameter :: places_name = '/coordinates'
+
+  ! include/signorom/gmsh_reader.h describes these procedures in C.
+  interface
+    integer(c_int) function sig_gmsh_read_fields(path, length, fields) bind(c)
+      import :: c_char, c_int, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      type(c_ptr), intent(out) :: fields
+    end function sig_gmsh_read_fields
+
+    pure integer(c_int) function sig_gmsh_n_fields(fields) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), intent(in), value :: fields
+    end function sig_gmsh_n_fields
+
+    subroutine sig_gmsh_field(fields, i, n_components, n_values, name, name_length) bind(c)
+      import :: c_int, c_ptr, c_size_t
+      type(c_ptr), value :: fields
+      integer(c_int), value :: i
+      integer(c_int), intent(out) :: n_components, n_values
+      type(c_ptr), intent(out) :: name
+      integer(c_size_t), intent(out) :: name_length
+    end subroutine sig_gmsh_field
+
+    subroutine sig_gmsh_field_values(fields, i, tags, values) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: fields
+      integer(c_int), value :: i
+      integer(c_int), intent(inout) :: tags(*)
+      real(c_double), intent(inout) :: values(*)
+    end subroutine sig_gmsh_field_values
+  end interface
 
 contains
 

@@ -6,18 +6,16 @@
 !> tall matrix (not fewer rows than snapshots) gets a QR over the ranks, and one rank decomposes the triangle. A wide matrix (fewer
 !> rows than snapshots) is small, so every rank gathers and decomposes all of it.
 module sig_pod
-  use, intrinsic :: iso_c_binding, only: c_intptr_t
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: rows_of_rank, sum_over_ranks
   use sig_pod_rank, only: equal_weights
-  use sig_reduction_c_interfaces, only: sig_gather_rows, sig_snapshot_svd_create, sig_snapshot_svd_decompose, &
-    sig_snapshot_svd_destroy, sig_snapshot_svd_left, sig_snapshot_svd_set_column, sig_snapshot_svd_triangle, sig_thin_svd
   use sig_ties, only: first_largest
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)
   private
-  public :: pod_t, compute_pod, compute_pod_of_rows, contact_part, decompose_contact_parts
+  public :: pod_t, compute_pod, compute_pod_of_rows, contact_part, decompose_contact_parts, sig_gather_rows
 
   !> A decomposition in steps: create; set_snapshot for each snapshot; decompose; left_vectors, at most once; destroy. For tall
   !> matrices, `triangle` can take the place of decompose and left_vectors.
@@ -39,6 +37,69 @@ module sig_pod
     procedure :: left_vectors
     procedure :: destroy
   end type pod_t
+
+  ! include/signorom/snapshot_svd.h describes these procedures in C.
+  interface
+    function sig_snapshot_svd_create(comm, n_local, n_columns, svd) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_int), value :: comm, n_local, n_columns
+      integer(c_intptr_t), intent(out) :: svd
+      integer(c_int) :: status
+    end function sig_snapshot_svd_create
+
+    function sig_snapshot_svd_set_column(svd, column, rows) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      integer(c_int), value :: column
+      real(c_double), intent(in) :: rows(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_set_column
+
+    function sig_snapshot_svd_triangle(svd, triangle) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      real(c_double), intent(out) :: triangle(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_triangle
+
+    function sig_snapshot_svd_decompose(svd, singular_values) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      real(c_double), intent(out) :: singular_values(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_decompose
+
+    function sig_snapshot_svd_left(svd, n_vectors, left) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: svd
+      integer(c_int), value :: n_vectors
+      real(c_double), intent(out) :: left(*)
+      integer(c_int) :: status
+    end function sig_snapshot_svd_left
+
+    function sig_snapshot_svd_destroy(svd) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), intent(inout) :: svd
+      integer(c_int) :: status
+    end function sig_snapshot_svd_destroy
+
+    function sig_thin_svd(n_rows, n_columns, matrix, singular_values, left) result(status) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value :: n_rows, n_columns
+      real(c_double), intent(in) :: matrix(*)
+      real(c_double), intent(out) :: singular_values(*)
+      real(c_double), intent(out) :: left(*)
+      integer(c_int) :: status
+    end function sig_thin_svd
+
+    function sig_gather_rows(comm, n_local, n_rows, n_columns, local, gathered) result(status) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value :: comm, n_local, n_rows, n_columns
+      real(c_double), intent(in) :: local(*)
+      real(c_double), intent(out) :: gathered(*)
+      integer(c_int) :: status
+    end function sig_gather_rows
+  end interface
 
 contains
 

@@ -3,12 +3,23 @@
 !> The interpolation from the linear elements with the same corners, for multigrid on quadratic elements: a node in the middle of
 !> corners moves by their mean.
 module sig_linear_interpolant
+  use, intrinsic :: iso_c_binding, only: c_int, c_intptr_t
   use sig_contact_system, only: contact_system_t
-  use sig_solver_c_interfaces, only: sig_set_linear_interpolant
   use petsc
   implicit none(type, external)
   private
   public :: set_linear_interpolant, number_corners
+
+  ! include/signorom/quadratic_levels.h describes this procedure in C.
+  interface
+    function sig_set_linear_interpolant(matrix, n_dim, n_nodes, n_corners, offsets, corners_0) result(status) bind(c)
+      import :: c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix
+      integer(c_int), value :: n_dim, n_nodes, n_corners
+      integer(c_int), intent(in) :: offsets(*), corners_0(*)
+      integer(c_int) :: status
+    end function sig_set_linear_interpolant
+  end interface
 
 contains
 

@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> PETSc's SNESVI (reduced-space Newton) on the bound form: an independent check of the active set.
 module sig_snes_vi
-  use, intrinsic :: iso_c_binding, only: c_int
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_intptr_t
   use sig_active_set, only: finish_state
   use sig_bound_form, only: bound_form_t
   use sig_contact_solver, only: contact_solver_t
@@ -13,7 +13,6 @@ module sig_snes_vi
   use sig_petsc_support, only: create_vector
   use sig_problem_sizes, only: problem_sizes_t, sizes_at
   use sig_rounding, only: rounding_of_data
-  use sig_solver_c_interfaces, only: sig_snes_vi_solve
   use petsc
   implicit none(type, external)
   private
@@ -34,6 +33,19 @@ module sig_snes_vi
 
   !> [-] a pair is closed if its unknown is above its bound, or below it by at most this fraction of length_scale (scales)
   real(rk), parameter :: on_bound = 1.0e-11_rk
+
+  ! include/signorom/snes_vi.h describes this procedure in C.
+  interface
+    function sig_snes_vi_solve(matrix, rhs, upper, length_scale, force_scale, is_multigrid, max_iterations, solution, &
+      n_iterations, reason) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: matrix, rhs, upper, solution
+      real(c_double), value :: length_scale, force_scale
+      integer(c_int), value :: is_multigrid, max_iterations
+      integer(c_int), intent(out) :: n_iterations, reason
+      integer(c_int) :: status
+    end function sig_snes_vi_solve
+  end interface
 
 contains
 

@@ -6,8 +6,7 @@ module sig_dissimilarity
   use sig_grassmann, only: snapshot_angle, subspace_distance, subspace_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: rank_and_size, sum_over_ranks
-  use sig_pod, only: pod_t
-  use sig_reduction_c_interfaces, only: sig_gather_rows
+  use sig_pod, only: pod_t, sig_gather_rows
   use sig_training_set, only: training_set_t
   use petsc
   implicit none(type, external)

@@ -1,16 +1,36 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Clusters around medoids. Only the dissimilarity of each pair of items is known. k_medoids.c does the work.
 module sig_k_medoids
+  use, intrinsic :: iso_c_binding, only: c_double, c_int
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
-  use sig_reduction_c_interfaces, only: k_medoids_bad_count, k_medoids_bad_dissimilarity, k_medoids_ok, k_medoids_options_t, &
-    method_alternating, method_faster_pam, sig_find_medoids, sig_silhouette, start_build, start_central, start_lab, start_random
   use sig_text, only: are, counted, to_text
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
   public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters, merge_cluster
   public :: method_alternating, method_faster_pam, start_build, start_central, start_lab, start_random
+
+  integer(c_int), parameter :: k_medoids_ok = 0
+  integer(c_int), parameter :: k_medoids_bad_count = 2
+  integer(c_int), parameter :: k_medoids_bad_dissimilarity = 3
+
+  !> the values of method and start
+  integer(c_int), parameter :: method_faster_pam = 0
+  integer(c_int), parameter :: method_alternating = 1
+  integer(c_int), parameter :: start_build = 0
+  integer(c_int), parameter :: start_random = 1
+  integer(c_int), parameter :: start_lab = 2
+  integer(c_int), parameter :: start_central = 3
+
+  !> How to look for medoids: sig_k_medoids_options of the header.
+  type, bind(c) :: k_medoids_options_t
+    integer(c_int) :: method = method_faster_pam
+    integer(c_int) :: start = start_build
+    !> number of starts, of which the best is taken
+    integer(c_int) :: n_starts = 10
+    integer(c_int) :: seed = 1
+  end type k_medoids_options_t
 
   !> Clusters of items, all numbers 1-based.
   type :: medoids_t
@@ -23,6 +43,31 @@ module sig_k_medoids
     !> [-] mean silhouette, in [-1, 1], large = well separated; 0 for one cluster
     real(rk) :: silhouette = 0
   end type medoids_t
+
+  ! include/signorom/k_medoids.h describes these procedures in C.
+  interface
+    function sig_find_medoids(n_items, dissimilarity, n_clusters, options, medoids, labels, loss) result(status) bind(c)
+      import :: c_double, c_int, k_medoids_options_t
+      integer(c_int), value :: n_items
+      real(c_double), intent(in) :: dissimilarity(*)
+      integer(c_int), value :: n_clusters
+      type(k_medoids_options_t), intent(in) :: options
+      integer(c_int), intent(out) :: medoids(*)
+      integer(c_int), intent(out) :: labels(*)
+      real(c_double), intent(out) :: loss
+      integer(c_int) :: status
+    end function sig_find_medoids
+
+    function sig_silhouette(n_items, dissimilarity, n_clusters, labels, silhouette) result(status) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value :: n_items
+      real(c_double), intent(in) :: dissimilarity(*)
+      integer(c_int), value :: n_clusters
+      integer(c_int), intent(in) :: labels(*)
+      real(c_double), intent(out) :: silhouette
+      integer(c_int) :: status
+    end function sig_silhouette
+  end interface
 
 contains
 
