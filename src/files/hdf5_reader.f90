@@ -34,6 +34,7 @@ module sig_hdf5_reader
     procedure :: has
     procedure :: has_attribute
     procedure :: count_groups
+    procedure :: all_groups
     procedure :: get_shape
     procedure :: read_block
     generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_single_1, read_integer, read_integer_1, &
@@ -141,6 +142,17 @@ contains
     end do
     n_found = max(n, 0)
   end function count_groups
+
+  !> Returns n if all of the groups name/1, name/2, ..., name/n exist, otherwise 0: a list that is not whole counts as empty, and
+  !> what the caller checks then refuses the file.
+  integer function all_groups(self, name, n)
+    class(h5_reader_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer, intent(in) :: n
+
+    all_groups = self%count_groups(name, n)
+    if (all_groups < n) all_groups = 0
+  end function all_groups
 
   !> Returns the Fortran shape of a dataset of any type and rank; empty for a scalar and after an error, also an earlier one.
   !> Errors: as read.

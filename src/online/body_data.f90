@@ -278,14 +278,12 @@ contains
     call file%read(group // '/n_bodies', n_bodies, error)
     call file%read(group // '/n_modes', n_modes, error)
     if (allocated(error)) return
-    ! a file may contain any number of bodies, so it is checked
-    if (file%count_groups(group // '/bodies', n_bodies) < n_bodies) n_bodies = 0
-    allocate (self%bodies(max(0, n_bodies)))
+    ! a file may name any number of bodies, so it is checked
+    allocate (self%bodies(file%all_groups(group // '/bodies', n_bodies)))
     do i = 1, size(self%bodies)
       call self%bodies(i)%read(file, group // '/bodies/' // to_text(i), error)
     end do
-    if (file%count_groups(group // '/modes', n_modes) < n_modes) n_modes = 0
-    allocate (self%modes(max(0, n_modes)))
+    allocate (self%modes(file%all_groups(group // '/modes', n_modes)))
     do i = 1, size(self%modes)
       call self%modes(i)%read(file, group // '/modes/' // to_text(i), error)
     end do

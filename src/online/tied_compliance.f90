@@ -198,18 +198,15 @@ contains
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
     character(:), allocatable :: place
-    integer :: i, n_clusters, n_found
+    integer :: i
 
     call self%read_shared(file, group, error)
     self%anchors = [integer ::]
     call file%read(group // '/cluster_of_point', self%cluster_of_point, error)
     if (allocated(error)) return
     ! the number of clusters is the largest one that the points name, because a number in the file may have any value
-    n_clusters = maxval([0, self%cluster_of_point])
-    n_found = file%count_groups(group // '/tied', n_clusters)
-    if (n_found < n_clusters) n_clusters = 0
-    allocate (self%clusters(n_clusters))
-    do i = 1, n_clusters
+    allocate (self%clusters(file%all_groups(group // '/tied', maxval([0, self%cluster_of_point]))))
+    do i = 1, size(self%clusters)
       place = group // '/tied/' // to_text(i)
       call file%read(place // '/status', self%clusters(i)%status, error)
       call file%read(place // '/free', self%clusters(i)%free, error)
