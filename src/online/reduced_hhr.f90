@@ -7,25 +7,26 @@ module sig_reduced_hhr
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
-  use sig_hhr_blindness, only: is_blind
-  use sig_hhr_check, only: find_hhr_mismatch
-  use sig_hhr_data, only: add_lifted, complete_cluster, hhr_data_t
+  use sig_free_motions, only: count_free_motions
+  use sig_hhr_data, only: add_lifted, complete_cluster, fill_openings, hhr_data_t
   use sig_hhr_description, only: describe_hhr
-  use sig_hhr_file, only: read_cluster, write_cluster
-  use sig_hhr_motions, only: count_hhr_motions
+  use sig_hhr_file, only: find_hhr_mismatch, read_cluster, write_cluster
   use sig_hhr_room, only: hhr_room_t, swap_roles, take
   use sig_hhr_system, only: hhr_system_t
   use sig_kinds, only: rk
   use sig_lifted_certificate, only: lifted_certificate_t
   use sig_lcp, only: find_other_solution, lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_multiplier_fit, only: multiplier_fit_t
+  use sig_multiplier_fit, only: multiplier_fit_t, work_of_loads
   use sig_reasons, only: reason_blind, reason_no_material, reason_singular
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
   private
   public :: reduced_hhr_t
+
+  !> [-] penetration up to this share of the snapshots' largest normal displacement counts as an error of the modes
+  real(rk), parameter :: noticeable = 1.0e-2_rk
 
   type, extends(reduced_t) :: reduced_hhr_t
     type(hhr_data_t) :: data
@@ -130,9 +131,9 @@ contains
         call solve_from_sets(self, self%system, theta, near, room, answer, judge)
       end if
       if (answer%reason < 0) return
-      call count_hhr_motions(self%data, self%fit, room, answer)
+      call count_motions(self, room, answer)
       if (any(answer%multipliers_rid > 0)) return
-      if (is_blind(self%data, self%largest_value, theta, answer%coordinates, room%opening)) answer%reason = reason_blind
+      if (is_blind(self, theta, answer%coordinates, room%opening)) answer%reason = reason_blind
     end select
   end subroutine solve
 
@@ -227,6 +228,41 @@ contains
     call self%fit%evaluate(self%data, theta, room%coordinates, room%forces, room%fit, room%multipliers)
     energy = judge%energy(theta, room%multipliers)
   end function force_energy
+
+  !> Sets n_free_motions of an answer: by the forces of the domain or, if these do not hold all motions, by the forces of all
+  !> contacts, which are then reconstructed in the room. Requires: an answer of the part.
+  subroutine count_motions(self, room, answer)
+    class(reduced_hhr_t), intent(in) :: self
+    type(hhr_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    associate (closing => self%data%motion_closing)
+      if (size(closing, 2) == 0) return
+      answer%n_free_motions = count_free_motions(closing(self%data%contact_rows, :), answer%multipliers_rid)
+      if (answer%n_free_motions == 0) return
+      call self%fit%evaluate(self%data, answer%theta, answer%coordinates, answer%multipliers_rid, room%fit, room%multipliers)
+      answer%n_free_motions = count_free_motions(closing, room%multipliers)
+    end associate
+  end subroutine count_motions
+
+  !> Whether some contact must carry a force although no contact of the domain does: the loads do work on a rigid motion that only
+  !> contact holds; or, by the reduced displacement, some contact penetrates by more than 1 % of largest_value. The second check is
+  !> left out if the model lacks the data for openings. Requires: an answer without contact forces in the domain.
+  logical function is_blind(self, theta, coordinates, opening)
+    class(reduced_hhr_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [length] gamma, shape (n_modes)
+    real(rk), contiguous, intent(in) :: coordinates(:)
+    !> work array, shape (n_multipliers)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    logical :: is_known
+
+    is_blind = any(abs(work_of_loads(self%data, theta)) > 0)
+    if (is_blind) return
+    call fill_openings(self%data, theta, coordinates, opening, is_known)
+    if (is_known) is_blind = any(opening < -noticeable * self%largest_value)
+  end function is_blind
 
   !> Computes the forces of all contacts: the answer's forces in the domain, the fit elsewhere (evaluate of sig_multiplier_fit). If
   !> only contact holds a body, all forces are changed so that they balance the loads, if this is possible.
