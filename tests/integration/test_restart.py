@@ -21,16 +21,22 @@ N_POINTS = 6000  # they take longer than the second after which records are flus
 # Format of a shard: header, then records of 8-byte numbers (1 parameter, 116 dofs, 5 multipliers, 5 residuals, seconds,
 # iterations, reason) with a checksum.
 HEADER = 72
-RECORD = 8 * (1 + 116 + 5 + 8 + 1)
+NUMBERS = 1 + 116 + 5 + 8 + 1
+RECORD = 8 * NUMBERS
+
+
+def write_points(deck, n_points, n_all=N_POINTS):
+    """Let the deck ask for the first of all points of the sweep."""
+    points = np.linspace(0.02, 0.1, n_all)[:n_points].tolist()
+    (deck.parent / "points.csv").write_text("\n".join(["push", *map(repr, points), ""]))
 
 
 def write_sweep(folder, n_points=N_POINTS):
-    """A deck that takes seconds, and its results folder."""
-    changes = {
-        "grid: {push: 5}": f"grid: {{push: {n_points}}}",
-        "title: ": "solver: {type: active_set}\ntitle: ",
-    }
-    return write_deck("patch", folder, **changes), folder / "results" / "patch"
+    """A deck that takes seconds for all points, and its results folder."""
+    changes = {"grid: {push: 5}": "file: points.csv", "title: ": "solver: {type: active_set}\ntitle: "}
+    deck = write_deck("patch", folder, **changes)
+    write_points(deck, n_points, n_points)
+    return deck, folder / "results" / "patch"
 
 
 @pytest.fixture
@@ -57,45 +63,79 @@ def n_records(results):
     return sum(max(0, shard.stat().st_size - HEADER) // RECORD for shard in shards(results))
 
 
-def kill_sampling(signorom, deck, results, n_ranks=1):
-    """SIGKILL when a tenth of the points is there."""
-    process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
-    wait_until(lambda: n_records(results) > N_POINTS / 10, process)
-    kill(process)
+def last_point(results):
+    """The number, from 1, of the last point of the sweep that has a record."""
+    pushes = []
+    for path in shards(results):
+        content = path.read_bytes()[HEADER:]
+        records = np.frombuffer(content[: len(content) // RECORD * RECORD]).reshape(-1, NUMBERS)
+        pushes.append(records[:, 0])
+    return 1 + round((np.concatenate(pushes).max() - 0.02) / 0.08 * (N_POINTS - 1))
 
 
-def resume(signorom, deck, results, n_ranks, uninterrupted):
-    """Run the same command again: how many points it found, after comparing the outcome with an undisturbed run."""
+@pytest.fixture(scope="module")
+def killed_runs(signorom, tmp_path_factory):
+    """For one rank and for two groups, what SIGKILL leaves when a tenth of the points is there."""
+    folders = {}
+    for n_ranks in (1, 2):
+        deck, results = write_sweep(tmp_path_factory.mktemp("killed"))
+        process = signorom.start("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
+        wait_until(lambda results=results: n_records(results) > N_POINTS / 10, process)
+        kill(process)
+        folders[n_ranks] = deck.parent
+    return folders
+
+
+@pytest.fixture
+def killed(killed_runs, tmp_path):
+    """A function of the number of ranks: the deck and the results of a copy of a killed run."""
+
+    def copy(n_ranks):
+        folder = shutil.copytree(killed_runs[n_ranks], tmp_path / "killed")
+        return folder / "patch.yaml", folder / "results" / "patch"
+
+    return copy
+
+
+def resume(signorom, deck, results, n_ranks, uninterrupted, n_points):
+    """Run the same command again for the first points: how many it found, after a comparison with an undisturbed run."""
+    write_points(deck, n_points)
     output = signorom("sample", deck.name, folder=deck.parent, n_ranks=n_ranks)
-    found = int(re.search(rf"sampled {N_POINTS} points \((\d+) were there\)", output).group(1))
-    assert f"sampling: {N_POINTS - found} of {N_POINTS - found} in " in output
+    found = int(re.search(rf"sampled {n_points} points \((\d+) were there\)", output).group(1))
+    assert f"sampling: {n_points - found} of {n_points - found} in " in output
     assert shards(results) == []
     snapshots = read_snapshots(results / "snapshots.h5")
     for name in ("parameters", "reasons"):
-        np.testing.assert_array_equal(snapshots[name], uninterrupted[name])
+        np.testing.assert_array_equal(snapshots[name], uninterrupted[name][:n_points])
     for name in ("displacement", "multipliers", "free_response"):
         scale = np.abs(uninterrupted[name]).max()
-        np.testing.assert_allclose(snapshots[name], uninterrupted[name], rtol=0, atol=1e-13 * scale)
+        np.testing.assert_allclose(
+            snapshots[name], uninterrupted[name][:n_points], rtol=0, atol=1e-13 * scale
+        )
     return found
 
 
+def resume_for_a_while(signorom, deck, results, n_ranks, uninterrupted):
+    """As resume, for the points up to the last finished one and a hundred more: the others would say the same again."""
+    n_points = min(last_point(results) + 100, N_POINTS)
+    return resume(signorom, deck, results, n_ranks, uninterrupted, n_points)
+
+
 @pytest.mark.parametrize("n_ranks", [1, 2])
-def test_kill_and_resume(signorom, many_points, uninterrupted, n_ranks):
+def test_kill_and_resume(signorom, killed, uninterrupted, n_ranks):
     """SIGKILL in the middle, with one rank and with two groups: every finished point is there afterwards."""
-    deck, results = many_points
-    kill_sampling(signorom, deck, results, n_ranks)
+    deck, results = killed(n_ranks)
     finished = n_records(results)
     assert len(shards(results)) == n_ranks
     assert N_POINTS / 10 < finished < N_POINTS
     assert not (results / "snapshots.h5").exists()
-    assert resume(signorom, deck, results, n_ranks, uninterrupted) == finished
+    assert resume(signorom, deck, results, n_ranks, uninterrupted, N_POINTS) == finished
 
 
-def test_resume_on_another_rank_count(signorom, many_points, uninterrupted):
-    deck, results = many_points
-    kill_sampling(signorom, deck, results, 2)
+def test_resume_on_another_rank_count(signorom, killed, uninterrupted):
+    deck, results = killed(2)
     finished = n_records(results)
-    assert resume(signorom, deck, results, 1, uninterrupted) == finished
+    assert resume_for_a_while(signorom, deck, results, 1, uninterrupted) == finished
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -111,7 +151,7 @@ def test_signal_ends_after_the_current_point(signorom, many_points, uninterrupte
     finished = n_records(results)
     assert (shards(results)[0].stat().st_size - HEADER) % RECORD == 0
     assert N_POINTS / 10 < finished < N_POINTS
-    assert resume(signorom, deck, results, 1, uninterrupted) == finished
+    assert resume_for_a_while(signorom, deck, results, 1, uninterrupted) == finished
 
 
 def test_signal_to_mpirun(signorom, tmp_path):
@@ -126,7 +166,7 @@ def test_signal_to_mpirun(signorom, tmp_path):
     assert not (results / "snapshots.h5").exists()
     finished = n_records(results)
     assert 0 < finished < n_points
-    deck.write_text(deck.read_text().replace(f"push: {n_points}", "push: 5"))
+    write_points(deck, 5)
     assert "sampled 5 points (" in signorom("sample", deck.name, folder=tmp_path)
 
 
@@ -211,10 +251,9 @@ def test_more_points_of_the_same_study(signorom, tmp_path):
 
 
 @pytest.mark.parametrize("n_ranks", [1, 2])
-def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
+def test_truncated_shard(signorom, killed, uninterrupted, n_ranks):
     """Half a record at the end, as after a power cut, costs that record and a warning."""
-    deck, results = many_points
-    kill_sampling(signorom, deck, results, n_ranks)
+    deck, results = killed(n_ranks)
     # the one with most records: the ranks may be far apart
     shard = max(shards(results), key=lambda path: path.stat().st_size)
     n_good = (shard.stat().st_size - HEADER) // RECORD - 3
@@ -223,24 +262,24 @@ def test_truncated_shard(signorom, many_points, uninterrupted, n_ranks):
     done = signorom.run("train", deck.name, folder=deck.parent)
     assert done.returncode == 2
     assert "no snapshots yet" in done.stderr
-    assert resume(signorom, deck, results, n_ranks, uninterrupted) == finished
+    assert resume_for_a_while(signorom, deck, results, n_ranks, uninterrupted) == finished
 
 
 @pytest.mark.parametrize("number", [1, 2])
-def test_damaged_record_is_named(signorom, many_points, number):
+def test_damaged_record_is_named(signorom, killed, number):
     """A flipped bit is found by the checksum; what stands behind it is solved again. It is told once, also of a shard
     that the run does not write to: with one rank there is only one group.
     """
-    deck, results = many_points
-    kill_sampling(signorom, deck, results)
+    deck, results = killed(1)
     content = bytearray(shards(results)[0].read_bytes())
     content[HEADER + 50 * RECORD + 100] ^= 1
     shards(results)[0].unlink()
     (results / f"snapshots.part-{number}").write_bytes(content)
+    write_points(deck, 200)
     done = signorom.run("sample", deck.name, folder=deck.parent)
     assert done.returncode == 0
     assert len(re.findall(rf"warning: .*snapshots.part-{number}.* damaged", done.stderr)) == 1
-    assert f"sampled {N_POINTS} points (50 were there)" in done.stdout
+    assert "sampled 200 points (50 were there)" in done.stdout
 
 
 def test_shard_of_another_deck_is_refused(signorom, many_points):
@@ -415,6 +454,7 @@ def test_full_disk(signorom, many_points):
     assert re.match(r"results/patch/snapshots.part-1: error: cannot write the snapshot: ", done.stderr)
     finished = n_records(results)
     assert finished == 100
+    write_points(deck, 200)
     assert f"({finished} were there)" in signorom("sample", deck.name, folder=deck.parent)
 
 
@@ -451,14 +491,14 @@ def test_full_disk_at_each_file(signorom, tmp_path):
         signorom("run", deck.name, folder=tmp_path)
 
 
-def test_points_of_a_killed_run_outlive_other_training_points(signorom, many_points):
+def test_points_of_a_killed_run_outlive_other_training_points(signorom, killed):
     """Solved points stay when the deck asks for others in between."""
-    deck, results = many_points
-    kill_sampling(signorom, deck, results)
-    n_solved = n_records(results)
+    deck, results = killed(1)
+    n_solved, n_points = n_records(results), last_point(results) + 100
     text = deck.read_text()
-    deck.write_text(text.replace(f"grid: {{push: {N_POINTS}}}", "grid: {push: 7}"))
+    deck.write_text(text.replace("file: points.csv", "grid: {push: 7}"))
     signorom("sample", deck.name, folder=deck.parent)
     deck.write_text(text)
+    write_points(deck, n_points)
     output = signorom("sample", deck.name, folder=deck.parent)
     assert int(re.search(r"\((\d+) were there\)", output).group(1)) >= n_solved
