@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decks: the schema, the shipped ones, the effective deck read back, and messages for the invalid ones."""
 
+import functools
 import json
 import os
 import subprocess
@@ -21,6 +22,7 @@ INVALID = sorted((HERE / "decks" / "invalid").glob("*.yaml"))
 EXPECT = "# expect: "
 
 
+@functools.cache
 def schema():
     """The validator of input/deck.schema.json."""
     content = json.loads((ROOT / "input" / "deck.schema.json").read_text(encoding="utf-8"))
