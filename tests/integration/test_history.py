@@ -7,7 +7,6 @@ import pytest
 from block_meshes import stacked_blocks
 from results import read_fields, read_table
 from runs import refuse
-from signorom_post import ExtrapolationWarning, Model, NoHistoryError
 
 # The blocks are 1 wide, nu = 0: the contact force is the pressure, and the upper block is pressed together by P / E.
 MODULUS = 2.0e6
@@ -179,9 +178,9 @@ def answer_at(model, time):
     return model.start(P=7, late=0.3).advance(time)
 
 
-def test_python(results):
+def test_python(post, results):
     """States, answers with a time axis, and one time after the other, also with measured tables."""
-    with Model(results / "model.h5") as model:
+    with post.Model(results / "model.h5") as model:
         assert [parameter.name for parameter in model.parameters] == ["P", "late", "time", "load"]
         assert model.times == pytest.approx(TIMES, rel=1e-14)
         points = np.array([[7, 0.3], [2.5, 0]])
@@ -201,7 +200,7 @@ def test_python(results):
                 history.advance(4)
             with pytest.raises(TypeError, match="give a value for each table or for none: load"):
                 history.advance(5, pull=1)
-            with pytest.warns(ExtrapolationWarning):
+            with pytest.warns(post.ExtrapolationWarning):
                 assert history.advance(4.5, load=-3).multipliers.sum() == pytest.approx(-3 + 22.5, rel=1e-10)
             # force = load + 5 t; load = P (1 - 1.5 (t - 1.3) / 1.7) behind the node at 1 + late = 1.3 h
             gradient = answer_at(model, 2.0).gradient
@@ -235,7 +234,7 @@ def test_prescribed_time_is_no_parameter(signorom, tmp_path, results):
     assert "unknown parameter 'time' in --at; the parameters are P, late" in said
 
 
-def test_history_of_a_model_without_one(signorom, tmp_path):
+def test_history_of_a_model_without_one(signorom, post, tmp_path):
     """--history needs a model with times, and goes with predict only."""
     deck = tmp_path / "part.yaml"
     write_deck(tmp_path)
@@ -249,5 +248,5 @@ def test_history_of_a_model_without_one(signorom, tmp_path):
     assert "the model has no history: its deck has no times" in refuse(signorom, *command, folder=tmp_path)
     said = refuse(signorom, "solve", deck, "--history", "h.csv", folder=tmp_path)
     assert "--history goes with predict, not with solve" in said
-    with Model(model) as opened, pytest.raises(NoHistoryError):
+    with post.Model(model) as opened, pytest.raises(post.NoHistoryError):
         opened.start(P=2, late=0)
