@@ -16,6 +16,8 @@ module sig_reasons
   integer, parameter, public :: reason_line_search = -6
   !> reason of a condensed model, too
   integer, parameter, public :: reason_pulled_off = -7
+  !> friction cannot hold a body
+  integer, parameter, public :: reason_sliding = -8
 
   ! reasons of a reduced model
   !> the point does not have one value for each parameter
@@ -46,6 +48,8 @@ module sig_reasons
   integer, parameter, public :: reason_ill_conditioned = -24
   !> no set of closed contacts that was tried is the answer; the next method continues
   integer, parameter, public :: reason_cycle = -25
+  !> no states of contacts with friction that were tried are the answer
+  integer, parameter, public :: reason_unsolved_friction = -26
 
   !> length of the longest sentence
   integer, parameter, public :: reason_length = 128
@@ -84,6 +88,8 @@ contains
       text = 'the solver snesvi diverged, or its line search found no descent'
     case (reason_pulled_off)
       text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
+    case (reason_sliding)
+      text = 'there is no equilibrium: a body slides, because friction cannot hold it against the loads'
     case (reason_bad_point)
       text = 'the point needs one value for each parameter'
     case (reason_bad_term)
@@ -120,6 +126,8 @@ contains
       text = 'the complementarity problem is too ill-conditioned for a reliable answer'
     case (reason_cycle)
       text = 'no set of closed contacts that was tried solves the complementarity problem'
+    case (reason_unsolved_friction)
+      text = 'the states of the contacts with friction (open, stick, slip) were not found'
     case default
       text = 'unknown reason'
     end select

@@ -10,7 +10,7 @@ module sig_lcp_types
   use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
-  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, sum_rows
+  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, measure_pivots, sum_rows
 
   !> values of lcp_solution_t%method
   integer, parameter, public :: lcp_active_set = 1
@@ -25,7 +25,7 @@ module sig_lcp_types
   !> compliances so large that 1e-8 of a sum is more than an opening.
   real(rk), parameter, public :: widest_tolerance = 1.0e-8_rk
   !> [-] where smallest over largest pivot is above this, the condition number is estimated only if a sign depends on it
-  real(rk), parameter :: trusted_pivots = 1.0e-6_rk
+  real(rk), parameter, public :: trusted_pivots = 1.0e-6_rk
   !> the active set method stops after this number of sets, or after one more than there are unknowns if that is larger
   integer, parameter, public :: usual_sets = 50
 

@@ -1,0 +1,421 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Solves one step of a condensed problem with Coulomb friction: with w = q + W lambda, gaps w_n and slip -(w_t + s_0),
+!>
+!>     0 <= lambda_n,  w_n >= 0,  lambda_n w_n = 0,   |lambda_t| <= f lambda_n,   slip = 0 or lambda_t = f lambda_n slip / |slip|
+!>
+!> for every contact, w_n = 0 and slip = 0 where it is tied, and w = 0 in rows of motions (equilibrium of bodies that only contact
+!> holds). Newton's method is fast; where it cycles, some sweeps of Gauss-Seidel give it another start.
+module sig_friction_problem
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_friction_newton, only: run_newton
+  use sig_friction_sweeps, only: run_sweeps
+  use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
+    friction_workspace_t, project, scale_projections, sum_up
+  use sig_kinds, only: rk
+  use sig_lcp, only: solve_lcp
+  use sig_reasons, only: reason_converged, reason_ill_conditioned, reason_not_finite, reason_pulled_off, reason_sliding, &
+    reason_unsolved_friction
+  use sig_rounding, only: rounding
+  implicit none(type, external)
+  private
+  public :: solve_friction, count_solutions
+  public :: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, friction_workspace_t
+
+  !> [-] largest accepted natural residual
+  real(rk), parameter :: accepted_residual = 1.0e-8_rk
+  !> sweeps of the first round; each further round has twice as many
+  integer, parameter :: first_sweeps = 4
+  integer, parameter :: most_rounds = 8
+  !> [-] forces that equilibrium lacks are the same in two sweeps up to this fraction
+  real(rk), parameter :: steady = 1.0e-6_rk
+  !> [-] a contact slips in a motion by more than this share of its largest opening or slip
+  real(rk), parameter :: moving = 1.0e-4_rk
+  !> [-] solutions whose forces differ by at most this fraction of the largest force count as the same
+  real(rk), parameter :: same_solution = 1.0e-6_rk
+
+contains
+
+  !> Solves one step. solution%reason is reason_converged where that succeeds. Otherwise lambda is zero, and the reason is
+  !>
+  !> - reason_not_finite: an entry of W, q, the origins or f is not finite;
+  !> - reason_sliding, reason_pulled_off: there is no equilibrium, because the loads move bodies that only contact holds
+  !>   (find_free_motion). The rows of motions of lambda are then the amplitudes of this motion, up to a factor;
+  !> - reason_ill_conditioned: the answer misses the equations by more than 1e-8 of the terms of a row;
+  !> - reason_unsolved_friction: neither Newton's method nor the sweeps reach an answer.
+  !>
+  !> Where no contact has friction or is tied and there are no motions, the answer is that of solve_lcp. All tolerances are
+  !> relative, so units do not matter. With a workspace and a solution that were used before for a problem of this size, arrays of
+  !> W's size are not allocated.
+  subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace)
+    !> [length/force] W, rows as friction_contacts_t says, shape (n_rows, n_rows); symmetric but for the rows of motions
+    real(rk), intent(in) :: matrix(:, :)
+    !> [length] shape (n_rows)
+    real(rk), intent(in) :: q(:)
+    !> [length] s_0 in tangential rows: positions of slip, -w_t, of the last time; other rows are not read; shape (n_rows)
+    real(rk), intent(in) :: origins(:)
+    !> [-] coefficient of friction of each contact; that of tied contacts and of contacts without tangential rows is not read; shape
+    !> (n_contacts)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> in: the answer of the last time, from which the search starts if its reason is reason_converged and its size is right
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical :: is_solved
+    real(rk) :: f(contacts%n_contacts)
+
+    f = effective_friction(friction, contacts)
+    if (.not. has_start(contacts, solution)) call start_cold(contacts, solution)
+    solution%n_steps = 0
+    solution%n_rounds = 0
+    if (.not. is_finite(matrix, q, origins, f, contacts)) then
+      call give_up(reason_not_finite, solution)
+      return
+    end if
+    call workspace%reserve(contacts)
+    call shift_openings(q, origins, contacts, workspace)
+    if (contacts%n_motions == 0 .and. .not. (any(contacts%is_tied) .or. any(f > 0))) then
+      call solve_without_friction(matrix, contacts, solution, workspace)
+    else
+      call scale_projections(matrix, contacts, workspace)
+      call solve_from_start(matrix, f, contacts, solution, workspace, is_solved)
+      call finish(matrix, f, contacts, is_solved, solution, workspace)
+    end if
+    if (solution%reason == reason_converged) call set_openings(origins, contacts, solution, workspace)
+  end subroutine solve_friction
+
+  !> Returns the coefficients of friction, 0 for contacts without tangential rows and for tied ones.
+  pure function effective_friction(friction, contacts) result(f)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    real(rk) :: f(contacts%n_contacts)
+
+    f = merge(friction, 0.0_rk, contacts%tangents(1, :) > 0 .and. .not. contacts%is_tied)
+  end function effective_friction
+
+  !> Whether the solution is an answer of a problem of this size.
+  pure logical function has_start(contacts, solution)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(in) :: solution
+
+    has_start = solution%reason == reason_converged .and. allocated(solution%lambda)
+    if (has_start) has_start = size(solution%lambda) == contacts%n_rows() .and. size(solution%states) == contacts%n_contacts
+  end function has_start
+
+  !> Sets a solution to zeros without an answer.
+  pure subroutine start_cold(contacts, solution)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+
+    if (allocated(solution%lambda)) deallocate (solution%lambda, solution%openings, solution%states)
+    allocate (solution%lambda(contacts%n_rows()), solution%openings(contacts%n_rows()), source=0.0_rk)
+    allocate (solution%states(contacts%n_contacts), source=contact_open)
+    solution%reason = reason_not_finite
+  end subroutine start_cold
+
+  pure logical function is_finite(matrix, q, origins, f, contacts)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    real(rk), intent(in) :: origins(:)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+
+    ! 0 * x is 0 for a finite x, and else not a number
+    is_finite = abs(sum(0 * matrix)) <= 0 .and. all(ieee_is_finite(q)) .and. all(ieee_is_finite(f)) .and. &
+      all(ieee_is_finite(origins(contacts%n_contacts + 1:contacts%n_forces())))
+  end function is_finite
+
+  !> Sets workspace%free.
+  pure subroutine shift_openings(q, origins, contacts, workspace)
+    real(rk), intent(in) :: q(:)
+    real(rk), intent(in) :: origins(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_workspace_t), intent(inout) :: workspace
+
+    associate (first => contacts%n_contacts + 1, last => contacts%n_forces())
+      workspace%free(:size(q)) = q
+      workspace%free(first:last) = workspace%free(first:last) + origins(first:last)
+    end associate
+  end subroutine shift_openings
+
+  !> Solves for the normal forces alone.
+  subroutine solve_without_friction(matrix, contacts, solution, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, parameter :: cold(0) = .true.
+
+    associate (n => contacts%n_contacts, answer => workspace%lcp_solution)
+      if (solution%reason == reason_converged) then
+        call solve_lcp(matrix(:n, :n), workspace%free(:n), solution%states /= contact_open, answer, workspace%lcp)
+      else
+        call solve_lcp(matrix(:n, :n), workspace%free(:n), cold, answer, workspace%lcp)
+      end if
+      solution%lambda = 0
+      solution%lambda(:n) = answer%lambda
+      solution%states = merge(contact_slips, contact_open, answer%is_active)
+      solution%n_steps = answer%n_iterations
+      solution%residual = answer%residual
+      solution%reason = answer%reason
+      call sum_up(matrix, solution%lambda, workspace)
+    end associate
+  end subroutine solve_without_friction
+
+  !> Runs Newton's method from the start, and where it fails again after 4, 8, 16, ... sweeps. lambda is that of the last sweeps
+  !> where nothing helps.
+  subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_solved
+    real(rk) :: swept(size(matrix, 1))
+    integer :: i_round
+
+    swept = solution%lambda
+    call set_start(matrix, f, contacts, solution, workspace)
+    call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+    do i_round = 1, most_rounds
+      if (is_solved) return
+      solution%n_rounds = solution%n_rounds + 1
+      call run_sweeps(matrix, f, contacts, first_sweeps * 2**(i_round - 1), swept, workspace)
+      call project(f, contacts, swept, workspace, solution%residual)
+      solution%lambda = swept
+      call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+    end do
+    if (.not. is_solved) solution%lambda = swept
+  end subroutine solve_from_start
+
+  !> Sets the states in the workspace from which Newton's method starts: those of the last time. Without a last time, contacts start
+  !> closed that overlap without forces, and with motions all of them, which holds the bodies.
+  subroutine set_start(matrix, f, contacts, solution, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(in) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    real(rk) :: residual
+    integer :: k
+
+    call sum_up(matrix, solution%lambda, workspace)
+    call project(f, contacts, solution%lambda, workspace, residual)
+    if (solution%reason /= reason_converged .and. contacts%n_motions == 0) return
+    do k = 1, contacts%n_contacts
+      if (solution%reason == reason_converged) then
+        call set_state(solution%states(k), f(k), contacts, k, solution%lambda, workspace)
+      else
+        call set_state(contact_sticks, f(k), contacts, k, solution%lambda, workspace)
+      end if
+    end do
+  end subroutine set_start
+
+  !> Sets the state of a contact in the workspace, as far as its friction allows it: without friction a closed contact slips, and
+  !> one without a tangential force sticks, because it has no direction yet.
+  pure subroutine set_state(state, f, contacts, k, lambda, workspace)
+    integer, intent(in) :: state
+    real(rk), intent(in) :: f
+    type(friction_contacts_t), intent(in) :: contacts
+    integer, intent(in) :: k
+    !> [force] whose tangential part gives the direction, shape (n_rows)
+    real(rk), intent(in) :: lambda(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    real(rk) :: force(2)
+    integer :: n
+
+    if (contacts%is_tied(k)) return
+    workspace%states(k) = state
+    workspace%directions(:, k) = 0
+    workspace%softness(k) = huge(f)
+    if (state == contact_open) return
+    workspace%states(k) = contact_slips
+    if (.not. f > 0) return
+    n = contacts%n_tangents(k)
+    force = 0
+    force(:n) = lambda(contacts%tangents(:n, k))
+    if (state == contact_sticks .or. norm2(force) <= 0) then
+      workspace%states(k) = contact_sticks
+    else
+      workspace%directions(:, k) = force / norm2(force)
+      if (n == 2) workspace%softness(k) = 0
+    end if
+  end subroutine set_state
+
+  !> Runs Newton's method; where it stays between 1e-12 and 1e-8 of the terms of a row, as with ill-conditioned matrices, once more
+  !> until it has this residual again.
+  subroutine try_newton(matrix, f, contacts, solution, workspace, is_solved)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_solved
+
+    workspace%tolerance = rounding
+    call run_newton(matrix, f, contacts, solution, workspace, is_solved)
+    if (is_solved .or. workspace%lowest > accepted_residual / 2) return
+    workspace%tolerance = 2 * workspace%lowest
+    call run_newton(matrix, f, contacts, solution, workspace, is_solved)
+  end subroutine try_newton
+
+  !> Removes rounding from an answer and checks it, or finds out why there is none.
+  subroutine finish(matrix, f, contacts, is_solved, solution, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    logical, intent(in) :: is_solved
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    integer :: reason
+
+    if (is_solved) then
+      call drop_rounding(matrix, f, contacts, solution, workspace)
+      call sum_up(matrix, solution%lambda, workspace)
+      call project(f, contacts, solution%lambda, workspace, solution%residual)
+      solution%reason = merge(reason_converged, reason_ill_conditioned, solution%residual <= accepted_residual)
+      if (solution%reason /= reason_converged) call give_up(reason_ill_conditioned, solution)
+    else
+      call find_free_motion(matrix, f, contacts, solution%lambda, workspace, reason)
+      call give_up(reason, solution)
+      if (reason /= reason_unsolved_friction) solution%lambda(contacts%n_forces() + 1:) = workspace%x(:contacts%n_motions)
+    end if
+  end subroutine finish
+
+  !> Opens contacts whose normal force is negative or only rounding: it closes the softest closed contact by at most 1e-12 of the
+  !> sizes of the terms of its row (sig_lcp_rounding). Keeps tangential forces in their discs.
+  pure subroutine drop_rounding(matrix, f, contacts, solution, workspace)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(in) :: workspace
+    real(rk) :: radius, softest, tangential
+    integer :: k
+
+    softest = 0
+    do k = 1, contacts%n_contacts
+      if (solution%lambda(k) > 0) softest = max(softest, matrix(k, k), 1 / workspace%c(1, k))
+    end do
+    do k = 1, contacts%n_contacts
+      if (contacts%is_tied(k)) cycle
+      associate (normal => solution%lambda(k), rows => contacts%tangents(:contacts%n_tangents(k), k))
+        if (normal * softest <= rounding * workspace%row_size(k)) then
+          normal = 0
+          solution%states(k) = contact_open
+        end if
+        radius = f(k) * normal
+        tangential = norm2(solution%lambda(rows))
+        if (tangential > radius) solution%lambda(rows) = solution%lambda(rows) * (radius / tangential)
+      end associate
+    end do
+  end subroutine drop_rounding
+
+  !> Finds whether bodies move on and on in the sweeps: one more sweep leaves the forces N' lambda - F that equilibrium lacks as
+  !> they are. As the motions advance by these forces over a constant, the bodies then move steadily against the largest forces that
+  !> contact and friction can have in this motion.
+  subroutine find_free_motion(matrix, f, contacts, lambda, workspace, reason)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> [force] in: after the last sweeps; out: after one more
+    real(rk), intent(inout) :: lambda(:)
+    !> x gets the motion
+    type(friction_workspace_t), intent(inout) :: workspace
+    !> reason_sliding if a contact with a force slips in this motion, else reason_pulled_off; reason_unsolved_friction where there
+    !> is no such motion
+    integer, intent(out) :: reason
+    real(rk) :: before(contacts%n_motions), opening(contacts%n_forces())
+    integer :: k
+
+    reason = reason_unsolved_friction
+    if (contacts%n_motions == 0) return
+    associate (n => contacts%n_forces(), last => contacts%n_rows(), motion => workspace%x(:contacts%n_motions))
+      call sum_up(matrix, lambda, workspace)
+      before = workspace%w(n + 1:last)
+      call run_sweeps(matrix, f, contacts, 1, lambda, workspace)
+      motion = -workspace%w(n + 1:last)
+      if (all(abs(motion) <= accepted_residual * workspace%row_size(n + 1:last))) return
+      if (norm2(motion + before) > steady * norm2(motion)) return
+      opening = matmul(matrix(:n, n + 1:), motion)
+      reason = reason_pulled_off
+      do k = 1, contacts%n_contacts
+        associate (slip => opening(contacts%tangents(:contacts%n_tangents(k), k)))
+          if (lambda(k) > 0 .and. norm2(slip) > moving * maxval(abs(opening))) reason = reason_sliding
+        end associate
+      end do
+    end associate
+  end subroutine find_free_motion
+
+  !> Sets the openings of an answer. Closed contacts have no gap, and those that stick stay exactly where they are, so that rounding
+  !> does not add up over many steps.
+  pure subroutine set_openings(origins, contacts, solution, workspace)
+    real(rk), intent(in) :: origins(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(in) :: workspace
+    integer :: k
+
+    associate (first => contacts%n_contacts + 1, last => contacts%n_forces(), openings => solution%openings)
+      openings(:last) = workspace%w(:last)
+      openings(first:last) = openings(first:last) - origins(first:last)
+      openings(last + 1:) = 0
+      do k = 1, contacts%n_contacts
+        if (solution%states(k) /= contact_open) openings(k) = 0
+        if (solution%states(k) /= contact_sticks) cycle
+        associate (rows => contacts%tangents(:contacts%n_tangents(k), k))
+          openings(rows) = -origins(rows)
+        end associate
+      end do
+    end associate
+  end subroutine set_openings
+
+  !> Sets a solution to zeros with the reason why there is no answer.
+  pure subroutine give_up(reason, solution)
+    integer, intent(in) :: reason
+    type(friction_solution_t), intent(inout) :: solution
+
+    solution%reason = reason
+    solution%lambda = 0
+    solution%openings = 0
+    solution%states = contact_open
+    solution%residual = huge(solution%residual)
+  end subroutine give_up
+
+  !> Counts the different solutions of a step that Newton's method finds: the known one, from all contacts sticking, and from all
+  !> contacts slipping in their last direction. That it finds one does not prove that there is only one. Without friction there is
+  !> one. Arguments: solve_friction, which was called before with the same ones and this workspace.
+  subroutine count_solutions(matrix, friction, contacts, known, workspace, n_solutions)
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> with reason_converged
+    type(friction_solution_t), intent(in) :: known
+    type(friction_workspace_t), intent(inout) :: workspace
+    integer, intent(out) :: n_solutions
+    type(friction_solution_t) :: found(2)
+    real(rk) :: f(contacts%n_contacts)
+    logical :: is_solved, is_new(2)
+    integer :: i, k
+    integer, parameter :: starts(2) = [contact_sticks, contact_slips]
+
+    n_solutions = 1
+    f = effective_friction(friction, contacts)
+    if (.not. any(f > 0)) return
+    do i = 1, 2
+      found(i) = known
+      do k = 1, contacts%n_contacts
+        call set_state(starts(i), f(k), contacts, k, known%lambda, workspace)
+      end do
+      call try_newton(matrix, f, contacts, found(i), workspace, is_solved)
+      is_new(i) = is_solved .and. differs(found(i)%lambda, known%lambda)
+      if (i == 2) is_new(i) = is_new(i) .and. .not. (is_new(1) .and. .not. differs(found(2)%lambda, found(1)%lambda))
+    end do
+    n_solutions = 1 + count(is_new)
+  end subroutine count_solutions
+
+  pure logical function differs(one, other)
+    real(rk), intent(in) :: one(:), other(:)
+
+    differs = maxval(abs(one - other)) > same_solution * max(maxval(abs(one)), maxval(abs(other)))
+  end function differs
+end module sig_friction_problem

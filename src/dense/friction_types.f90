@@ -1,0 +1,314 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> The condensed step problem of Coulomb friction, its answer, its workspace, and what its methods share: the projections of the
+!> forces of one contact.
+!>
+!> A contact has a normal force lambda_n and up to two tangential forces lambda_t. With w = q + W lambda and v = w_t + s_0, which is
+!> the opposite of the slip of this step:
+!>
+!>     lambda_n = max(0, y_n),  lambda_t = P_r(y_t),  y_n = lambda_n - c_n w_n,  y_t = lambda_t - c_t v,  r = f max(0, y_n)
+!>
+!> for any c > 0; P_r is the projection onto the interval or disc of radius r. A tied contact has w_n = 0 and v = 0. Bodies that
+!> only contact holds have motions: further unknowns without a sign, whose rows are the equilibrium of these bodies, w = 0.
+module sig_friction_types
+  use sig_kinds, only: rk
+  use sig_lcp_types, only: lcp_solution_t, lcp_workspace_t
+  use sig_reasons, only: reason_not_finite
+  implicit none(type, external)
+  private
+  public :: friction_contacts_t, friction_solution_t, friction_workspace_t, scale_projections, sum_up, project
+
+  !> states of a contact; a closed contact without friction slips
+  integer, parameter, public :: contact_open = 0
+  integer, parameter, public :: contact_sticks = 1
+  integer, parameter, public :: contact_slips = 2
+
+  !> a run of Newton's method ends after this number of steps
+  integer, parameter, public :: most_steps = 60
+
+  !> What each row of W belongs to. The rows are the normal rows of all contacts, in their order; then all tangential rows; then one
+  !> row for each motion.
+  type :: friction_contacts_t
+    integer :: n_contacts = 0
+    !> number of motions of bodies that only contact holds. Their rows of W are [-N', 0], and their columns [N; 0]
+    integer :: n_motions = 0
+    !> rows of the tangential forces of each contact, the second one 0 where there is one, both 0 where there is none; shape (2,
+    !> n_contacts)
+    integer, allocatable :: tangents(:, :)
+    !> whether the contact neither opens nor slips, whatever its forces are; shape (n_contacts)
+    logical, allocatable :: is_tied(:)
+  contains
+    procedure :: n_rows
+    procedure :: n_forces
+    procedure :: n_tangents
+    procedure :: rows_of
+  end type friction_contacts_t
+
+  !> The answer of a step, and the start of the next one.
+  type :: friction_solution_t
+    !> [force] forces of all rows, then the amplitudes of the motions; shape (n_rows)
+    real(rk), allocatable :: lambda(:)
+    !> [length] w = q + W lambda: gaps, the opposite of the positions of slip, and in rows of motions 0; exactly 0 where a contact
+    !> is closed, and exactly -s_0 where it sticks; shape (n_rows)
+    real(rk), allocatable :: openings(:)
+    !> contact_open, contact_sticks or contact_slips; shape (n_contacts)
+    integer, allocatable :: states(:)
+    !> steps of Newton's method, and rounds of sweeps between its runs
+    integer :: n_steps = 0
+    integer :: n_rounds = 0
+    !> [-] natural residual: largest difference of both sides of the equations at the head of this file, as a length over the sum of
+    !> the sizes of the terms of its row; huge where there is no answer
+    real(rk) :: residual = huge(1.0_rk)
+    !> one of sig_reasons
+    integer :: reason = reason_not_finite
+  end type friction_solution_t
+
+  !> Work space for one problem after the other. It grows to the largest problem. Two threads must not use the same one.
+  type :: friction_workspace_t
+    integer :: capacity = 0
+    integer :: contact_capacity = 0
+    !> [-] natural residual at which Newton's method ends
+    real(rk) :: tolerance = 0
+    !> [-] lowest natural residual of the last run of Newton's method
+    real(rk) :: lowest = 0
+    !> [length] q, with the origins of slip added: the openings without forces, shape (capacity)
+    real(rk), allocatable :: free(:)
+    !> [length] w with the origins added, and the sizes of its terms, shape (capacity)
+    real(rk), allocatable :: w(:)
+    real(rk), allocatable :: row_size(:)
+    !> [force/length] weight of the equilibrium in sweeps: W + weight N N' has no motion without stiffness
+    real(rk) :: weight = 0
+    !> [force/length] c_n and c_t of each contact, shape (2, contact_capacity)
+    real(rk), allocatable :: c(:, :)
+    !> states by the projection; direction of y_t; [length/force] what a force across this direction moves besides, in a step of
+    !> Newton's method, huge where there is no such force; shapes (contact_capacity) and (2, contact_capacity)
+    integer, allocatable :: states(:)
+    real(rk), allocatable :: directions(:, :)
+    real(rk), allocatable :: softness(:)
+    !> sets of states already seen, shape (contact_capacity, most_steps)
+    integer, allocatable :: history(:, :)
+    !> unknowns of a step of Newton's method: each is a sum of forces of up to three rows. The first n_equation of these parts make
+    !> its equation. shapes (3, capacity) and (capacity)
+    integer, allocatable :: parts(:, :)
+    real(rk), allocatable :: shares(:, :)
+    integer, allocatable :: n_parts(:)
+    integer, allocatable :: n_equation(:)
+    !> [length/force] added to the diagonal, shape (capacity)
+    real(rk), allocatable :: extra(:)
+    !> factors, pivots, right-hand side, signs for the estimate of the condition number
+    real(rk), allocatable :: factors(:, :)
+    integer, allocatable :: pivots(:)
+    real(rk), allocatable :: x(:)
+    real(rk), allocatable :: work(:)
+    integer, allocatable :: signs(:)
+    !> for problems without friction
+    type(lcp_workspace_t) :: lcp
+    type(lcp_solution_t) :: lcp_solution
+  contains
+    procedure :: reserve
+  end type friction_workspace_t
+
+contains
+
+  !> Returns the number of rows of W.
+  pure integer function n_rows(self)
+    class(friction_contacts_t), intent(in) :: self
+
+    n_rows = self%n_forces() + self%n_motions
+  end function n_rows
+
+  !> Returns the number of rows without those of motions.
+  pure integer function n_forces(self)
+    class(friction_contacts_t), intent(in) :: self
+
+    n_forces = self%n_contacts
+    if (allocated(self%tangents)) n_forces = n_forces + count(self%tangents > 0)
+  end function n_forces
+
+  !> Returns the number of tangential rows of a contact, 0 to 2.
+  pure integer function n_tangents(self, contact)
+    class(friction_contacts_t), intent(in) :: self
+    integer, intent(in) :: contact
+
+    n_tangents = count(self%tangents(:, contact) > 0)
+  end function n_tangents
+
+  !> Returns the rows of a contact: its normal row, then its tangential rows; shape (1 to 3).
+  pure function rows_of(self, contact) result(rows)
+    class(friction_contacts_t), intent(in) :: self
+    integer, intent(in) :: contact
+    integer :: rows(1 + count(self%tangents(:, contact) > 0))
+
+    rows(1) = contact
+    rows(2:) = self%tangents(:size(rows) - 1, contact)
+  end function rows_of
+
+  !> Allocates the arrays for a problem. If they are large enough already, they stay as they are; otherwise all contents are lost.
+  pure subroutine reserve(self, contacts)
+    class(friction_workspace_t), intent(inout) :: self
+    type(friction_contacts_t), intent(in) :: contacts
+
+    associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
+      if (n > self%capacity) then
+        if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%parts, self%shares, self%n_parts, &
+          self%n_equation, self%extra, self%factors, self%pivots, self%x, self%work, self%signs)
+        allocate (self%free(n), self%w(n), self%row_size(n), self%parts(3, n), self%shares(3, n), self%n_parts(n), &
+          self%n_equation(n), self%extra(n), self%factors(n, n), self%pivots(n), self%x(n), self%work(n), self%signs(n))
+        self%capacity = n
+      end if
+      if (n_contacts > self%contact_capacity) then
+        if (allocated(self%c)) deallocate (self%c, self%states, self%directions, self%softness, self%history)
+        allocate (self%c(2, n_contacts), self%states(n_contacts), self%directions(2, n_contacts), self%softness(n_contacts), &
+          self%history(n_contacts, most_steps))
+        self%contact_capacity = n_contacts
+      end if
+    end associate
+  end subroutine reserve
+
+  !> Sets the weight of the equilibrium, 1 / max |N|, and c_n = 1 / W_nn and c_t = 1 / max W_tt of each contact. With motions, these
+  !> are the diagonal entries of W + weight N N'.
+  pure subroutine scale_projections(matrix, contacts, workspace)
+    !> W, shape (n_rows, n_rows)
+    real(rk), intent(in) :: matrix(:, :)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_workspace_t), intent(inout) :: workspace
+    real(rk) :: diagonal(size(matrix, 1)), largest, smallest
+    integer :: i, k, n
+
+    n = contacts%n_forces()
+    workspace%weight = 0
+    if (contacts%n_motions > 0) largest = maxval(abs(matrix(:n, n + 1:)))
+    if (contacts%n_motions > 0 .and. n > 0) workspace%weight = 1 / max(largest, tiny(largest))
+    do i = 1, n
+      diagonal(i) = matrix(i, i) + workspace%weight * sum(matrix(i, n + 1:)**2)
+    end do
+    ! a row that nothing moves
+    smallest = max(epsilon(smallest) * maxval(diagonal(:n)), tiny(smallest))
+    diagonal = max(diagonal, smallest)
+    do k = 1, contacts%n_contacts
+      workspace%c(:, k) = 1 / diagonal(k)
+      if (contacts%tangents(1, k) > 0) workspace%c(2, k) = 1 / maxval(diagonal(contacts%tangents(:contacts%n_tangents(k), k)))
+    end do
+  end subroutine scale_projections
+
+  !> Computes in the workspace w = W lambda + free and the sum of the sizes of the terms of each row.
+  pure subroutine sum_up(matrix, lambda, workspace)
+    !> W, shape (n_rows, n_rows)
+    real(rk), intent(in) :: matrix(:, :)
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: lambda(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    real(rk) :: part
+    integer :: i, j
+
+    workspace%w(:size(lambda)) = workspace%free(:size(lambda))
+    workspace%row_size(:size(lambda)) = abs(workspace%free(:size(lambda)))
+    do j = 1, size(lambda)
+      if (abs(lambda(j)) <= 0) cycle
+      do i = 1, size(lambda)
+        part = matrix(i, j) * lambda(j)
+        workspace%w(i) = workspace%w(i) + part
+        workspace%row_size(i) = workspace%row_size(i) + abs(part)
+      end do
+    end do
+  end subroutine sum_up
+
+  !> Sets the states, the directions and the softness of all contacts by the projection of y, and computes the natural residual.
+  !> Requires: scale_projections, and sum_up for these forces.
+  pure subroutine project(friction, contacts, lambda, workspace, residual)
+    !> [-] f of each contact, >= 0; shape (n_contacts)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> [force] shape (n_rows)
+    real(rk), intent(in) :: lambda(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    !> [-]
+    real(rk), intent(out) :: residual
+    integer :: i, k
+
+    residual = 0
+    do k = 1, contacts%n_contacts
+      call project_contact(friction, contacts, k, lambda, workspace, residual)
+    end do
+    do i = contacts%n_forces() + 1, contacts%n_rows()
+      call compare(abs(workspace%w(i)), workspace%row_size(i), residual)
+    end do
+  end subroutine project
+
+  !> Does the work of project for contact k; the residual is raised.
+  pure subroutine project_contact(friction, contacts, k, lambda, workspace, residual)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    integer, intent(in) :: k
+    real(rk), intent(in) :: lambda(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    real(rk), intent(inout) :: residual
+    real(rk) :: force, projected, radius, y(2)
+    integer :: i, n
+
+    n = contacts%n_tangents(k)
+    associate (c => workspace%c(:, k), w => workspace%w, rows => contacts%tangents(:n, k), sizes => workspace%row_size)
+      if (contacts%is_tied(k)) then
+        workspace%states(k) = contact_sticks
+        call compare(abs(w(k)), sizes(k), residual)
+        do i = 1, n
+          call compare(abs(w(rows(i))), sizes(rows(i)), residual)
+        end do
+        return
+      end if
+      projected = max(0.0_rk, lambda(k) - c(1) * w(k))
+      call compare(abs(lambda(k) - projected) / c(1), sizes(k), residual)
+      radius = friction(k) * projected
+      y = 0
+      y(:n) = lambda(rows) - c(2) * w(rows)
+      force = norm2(y)
+      call set_state(projected, radius, y, c(2), n, workspace, k)
+      if (force > radius) y = radius * (y / force)
+      if (n > 0) call compare(norm2(lambda(rows) - y(:n)) / c(2), maxval(sizes(rows)), residual)
+    end associate
+  end subroutine project_contact
+
+  !> Sets the state of contact k, and where it slips the direction of y and the softness (1 - b) / (b c) with b = r / |y|: the
+  !> derivative of r y / |y| across y is b, so that lambda_e = b (lambda_e - c v_e) there.
+  pure subroutine set_state(normal, radius, y, c, n_tangents, workspace, k)
+    !> [force] max(0, y_n)
+    real(rk), intent(in) :: normal
+    !> [force] r
+    real(rk), intent(in) :: radius
+    !> [force] y_t, shape (2)
+    real(rk), intent(in) :: y(:)
+    !> [force/length] c_t
+    real(rk), intent(in) :: c
+    integer, intent(in) :: n_tangents
+    type(friction_workspace_t), intent(inout) :: workspace
+    integer, intent(in) :: k
+    real(rk) :: force, share
+
+    force = norm2(y)
+    workspace%states(k) = contact_open
+    if (.not. normal > 0) return
+    workspace%states(k) = contact_slips
+    workspace%directions(:, k) = 0
+    workspace%softness(k) = huge(force)
+    if (n_tangents == 0 .or. .not. radius > 0) return
+    if (force <= radius) then
+      workspace%states(k) = contact_sticks
+      return
+    end if
+    share = radius / force
+    workspace%directions(:, k) = y / force
+    ! no radius is so small that the softness overflows
+    if (n_tangents == 2 .and. share > epsilon(share)) workspace%softness(k) = (1 - share) / (share * c)
+  end subroutine set_state
+
+  !> Raises the residual to that of a row.
+  pure subroutine compare(difference, size_of_row, residual)
+    !> [length] >= 0
+    real(rk), intent(in) :: difference
+    !> [length] sum of the sizes of the terms
+    real(rk), intent(in) :: size_of_row
+    real(rk), intent(inout) :: residual
+
+    if (difference > 0) residual = max(residual, difference / max(size_of_row, tiny(size_of_row)))
+    if (.not. (difference <= huge(difference) .and. size_of_row <= huge(difference))) residual = huge(residual)
+  end subroutine compare
+end module sig_friction_types
