@@ -34,6 +34,7 @@ module sig_contact_rows
     !> entry of the deck's contact section that made the row, shape (n_rows)
     integer, allocatable :: contact_entry(:)
   contains
+    procedure :: are_inert
     procedure :: apply
     procedure :: apply_transpose
     procedure :: dofs_of
@@ -88,8 +89,8 @@ contains
     rows%contact_entry = contact_entry
   end subroutine create_contact_rows
 
-  !> Divides the rows into those with a multiplier and inert ones; both keep their order. A row is inert if all its dofs are
-  !> prescribed, except for dofs whose coefficient is only rounding. Inert rows have no multiplier, and only their gaps are checked.
+  !> Divides the rows into those with a multiplier and inert ones (are_inert); both keep their order. Inert rows have no multiplier,
+  !> and only their gaps are checked.
   pure subroutine separate_inert_rows(all_rows, is_prescribed, rows, inert)
     type(contact_rows_t), intent(in) :: all_rows
     !> whether each natural dof is prescribed, shape (n_dofs)
@@ -99,12 +100,23 @@ contains
     logical :: is_inert(all_rows%n_rows)
     integer :: k
 
-    do k = 1, all_rows%n_rows
-      is_inert(k) = .not. any(.not. is_prescribed(all_rows%dofs_of(k)) .and. abs(all_rows%coefficients_of(k)) > rounding)
-    end do
+    is_inert = all_rows%are_inert(is_prescribed)
     rows = all_rows%select(pack([(k, k=1, all_rows%n_rows)], .not. is_inert))
     inert = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_inert))
   end subroutine separate_inert_rows
+
+  !> Returns which rows are inert: all their dofs are prescribed, except for dofs whose coefficient is only rounding.
+  pure function are_inert(self, is_prescribed) result(is_inert)
+    class(contact_rows_t), intent(in) :: self
+    !> whether each natural dof is prescribed, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
+    logical :: is_inert(self%n_rows)
+    integer :: k
+
+    do k = 1, self%n_rows
+      is_inert(k) = .not. any(.not. is_prescribed(self%dofs_of(k)) .and. abs(self%coefficients_of(k)) > rounding)
+    end do
+  end function are_inert
 
   !> Returns B u, the amount by which the gap of each row has become smaller.
   pure function apply(self, displacement) result(closing)
