@@ -161,8 +161,9 @@ contains
     end associate
   end subroutine solve_without_friction
 
-  !> Runs Newton's method from the start, and where it fails again after 4, 8, 16, ... sweeps. lambda is that of the last sweeps
-  !> where nothing helps.
+  !> Runs Newton's method from the start, and where it fails again after 4, 8, 16, ... sweeps. Where rows depend on each other, as
+  !> in a corner, its matrices are singular; then the sweeps alone may reach an answer. lambda is that of the last sweeps where
+  !> nothing helps.
   subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
@@ -172,6 +173,7 @@ contains
     logical, intent(out) :: is_solved
     real(rk) :: swept(size(matrix, 1))
     integer :: i_round
+    logical :: is_swept
 
     swept = solution%lambda
     call set_start(matrix, f, contacts, solution, workspace)
@@ -181,8 +183,11 @@ contains
       solution%n_rounds = solution%n_rounds + 1
       call run_sweeps(matrix, f, contacts, first_sweeps * 2**(i_round - 1), swept, workspace)
       call project(f, contacts, swept, workspace, solution%residual)
+      is_swept = solution%residual <= rounding
       solution%lambda = swept
-      call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+      solution%states = workspace%states(:contacts%n_contacts)
+      if (.not. is_swept) call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+      is_solved = is_solved .or. is_swept
     end do
     if (.not. is_solved) solution%lambda = swept
   end subroutine solve_from_start

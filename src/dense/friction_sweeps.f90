@@ -55,20 +55,25 @@ contains
     real(rk), intent(inout) :: lambda(:)
     type(friction_workspace_t), intent(inout) :: workspace
     real(rk) :: block(3, 3), forces(3), free(3)
-    integer :: i, n, rows(3)
+    integer :: i, j, n, rows(3)
 
     n = 1 + contacts%n_tangents(k)
     rows(:n) = contacts%rows_of(k)
-    associate (own => rows(:n), first => contacts%n_forces() + 1, last => contacts%n_rows())
-      block(:n, :n) = matrix(own, own) + workspace%weight * matmul(matrix(own, first:last), transpose(matrix(own, first:last)))
-      free(:n) = workspace%w(own) - workspace%weight * matmul(matrix(own, first:last), workspace%w(first:last)) - &
-        matmul(block(:n, :n), lambda(own))
-      forces(:n) = lambda(own)
+    associate (first => contacts%n_forces() + 1, last => contacts%n_rows(), w => workspace%w)
+      do i = 1, n
+        forces(i) = lambda(rows(i))
+        free(i) = w(rows(i)) - workspace%weight * dot_product(matrix(rows(i), first:last), w(first:last))
+        do j = 1, n
+          block(i, j) = matrix(rows(i), rows(j)) + &
+            workspace%weight * dot_product(matrix(rows(i), first:last), matrix(rows(j), first:last))
+          free(i) = free(i) - block(i, j) * lambda(rows(j))
+        end do
+      end do
       call solve_contact(block(:n, :n), free(:n), f, contacts%is_tied(k), forces(:n))
       do i = 1, n
-        workspace%w(:last) = workspace%w(:last) + matrix(:, own(i)) * (forces(i) - lambda(own(i)))
+        w(:last) = w(:last) + matrix(:, rows(i)) * (forces(i) - lambda(rows(i)))
+        lambda(rows(i)) = forces(i)
       end do
-      lambda(own) = forces(:n)
     end associate
   end subroutine relax
 
