@@ -698,6 +698,41 @@ PLANTED = [
     ),
     # app
     Planted(
+        SRC + "dense/friction_types.f90",
+        "if (force > radius) y = radius * (y / force)",
+        "if (force > radius) y = 0.9_rk * radius * (y / force)",
+        "a contact slips at nine tenths of its friction",
+        "unit.dense.test_friction_problem",
+    ),
+    Planted(
+        SRC + "dense/friction_problem.f90",
+        "workspace%free(first:last) + origins(first:last)",
+        "workspace%free(first:last)",
+        "slip has no memory of its origin",
+        "unit.dense.test_friction_problem",
+    ),
+    Planted(
+        SRC + "dense/friction_newton.f90",
+        "[1.0_rk, friction(k) * d(:size(rows))], 1, n)",
+        "[1.0_rk, -friction(k) * d(:size(rows))], 1, n)",
+        "Newton's friction pushes where it should hold",
+        "unit.dense.test_friction_problem",
+    ),
+    Planted(
+        SRC + "contact/tangential_rows.f90",
+        "    rows%gap = 0\n",
+        "",
+        "a tangential row has the gap of its contact",
+        "unit.contact.test_tangential_rows",
+    ),
+    Planted(
+        SRC + "contact/tangential_rows.f90",
+        "is_kept = .not. all_rows%are_inert(is_prescribed)",
+        "is_kept = .true.",
+        "tangential rows of prescribed nodes stay",
+        "unit.contact.test_tangential_rows",
+    ),
+    Planted(
         SRC + "terms/history.f90",
         "if (i == 0) then\n      value = values(1)",
         "if (i == 0) then\n      value = 0",
