@@ -37,7 +37,7 @@ contains
   !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error it prints no deck; with
   !> --fields the two files are still written if --at could be read and supports and loads could be built. Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_points,
+  !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_states,
   !> check_points (also of the point of --fields) and check_box; a file cannot be written.
   subroutine check_deck(command, session, ierr)
     type(command_t), intent(in) :: command
@@ -69,7 +69,7 @@ contains
   end subroutine check_deck
 
   !> Builds the training points and the test points of the deck and checks them, the shown ones, those of the output, and the box of
-  !> the training. Errors: those of build_points, check_points and check_box.
+  !> the training. Errors: those of build_states, find_states, check_points and check_box.
   subroutine check_all_points(problem, shown, training, test, output, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points), as all

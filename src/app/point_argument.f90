@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Parameter points of the command line: `--at a=1,b=2`.
 module sig_point_argument
+  use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -45,14 +46,9 @@ contains
     !> shape (size(deck%state_parameters), n_states)
     real(rk), allocatable, intent(out) :: states(:, :)
     type(error_t), allocatable, intent(out) :: error
-    type(string_t) :: names(size(deck%parameters))
     real(rk), allocatable :: points(:, :)
-    integer :: i
 
-    do i = 1, size(names)
-      names(i)%text = deck%parameters(i)%name
-    end do
-    call parse_point(text, names, points, error)
+    call parse_point(text, names_of(deck%parameters), points, error)
     if (.not. allocated(error)) call find_states(deck, points, states, error)
   end subroutine parse_states
 

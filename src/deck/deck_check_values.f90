@@ -1,18 +1,16 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Checks of values that are expressions: they must be finite over the box of the parameters, some also within bounds.
 module sig_deck_check_values
+  use sig_deck_box, only: corners_of, max_corner_parameters, names_of, point_text
   use sig_deck_config, only: deck_config_t, parameter_config_t, value_config_t
   use sig_deck_tree, only: deck_tree_t, shown
   use sig_expression, only: expression_t
   use sig_history, only: states_of
   use sig_kinds, only: rk
-  use sig_text, only: string_t, to_text
+  use sig_text, only: to_text
   implicit none(type, external)
   private
   public :: check_field, check_range
-
-  !> largest number of an expression's parameters for which all corners of the box are tried; further ones stay at their minimum
-  integer, parameter :: max_corner_parameters = 10
 
 contains
 
@@ -126,49 +124,15 @@ contains
     !> shape (size(state_parameters), n_states)
     real(rk), allocatable, intent(out) :: states(:, :)
     integer, allocatable :: varied(:)
-    real(rk), allocatable :: corners(:, :)
     character(:), allocatable :: fault
-    integer :: i, i_bad_point, k, n
+    integer :: i, i_bad_point
 
-    n = size(config%parameters)
-    varied = pack(used_places, used_places <= n)
+    varied = pack(used_places, used_places <= size(config%parameters))
     ! tables may depend on every parameter
-    if (value%uses_history) varied = [(i, i=1, n)]
+    if (value%uses_history) varied = [(i, i=1, size(config%parameters))]
     varied = varied(:min(size(varied), max_corner_parameters))
-    allocate (corners(n, 0:2**size(varied)))
-    corners(:, 0) = config%parameters%minimum / 2 + config%parameters%maximum / 2
-    do i = 1, 2**size(varied)
-      corners(:, i) = config%parameters%minimum
-      do k = 1, size(varied)
-        if (btest(i - 1, k - 1)) corners(varied(k), i) = config%parameters(varied(k))%maximum
-      end do
-    end do
-    call states_of(config%history%states, names_of(config%parameters), corners, states, i_bad_point, fault)
+    call states_of(config%history%states, names_of(config%parameters), corners_of(config%parameters, varied), states, &
+      i_bad_point, fault)
     if (allocated(fault)) states = states(:, :0)
   end subroutine find_states
-
-  pure function names_of(parameters) result(names)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    type(string_t) :: names(size(parameters))
-    integer :: i
-
-    do i = 1, size(parameters)
-      names(i)%text = parameters(i)%name
-    end do
-  end function names_of
-
-  !> Returns a point as text, `squeeze = 0.15 m, angle = 2.0`. All parameters are there, with their units if they have one.
-  pure function point_text(parameters, point) result(text)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk), intent(in) :: point(:)
-    character(:), allocatable :: text
-    integer :: i
-
-    text = ''
-    do i = 1, size(parameters)
-      if (i > 1) text = text // ', '
-      text = text // parameters(i)%name // ' = ' // to_text(point(i))
-      if (len(parameters(i)%unit) > 0) text = text // ' ' // parameters(i)%unit
-    end do
-  end function point_text
 end module sig_deck_check_values

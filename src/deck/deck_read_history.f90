@@ -2,6 +2,7 @@
 !> Reads and checks the section `history` of a deck: tables, which are piecewise linear functions of the time, and the steps, which
 !> give the times of the states.
 module sig_deck_read_history
+  use sig_deck_box, only: corners_of, in_box, max_corner_parameters, names_of, point_text
   use sig_deck_config, only: history_config_t, parameter_config_t, step_config_t, value_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, root_node
   use sig_deck_values, only: get_integer, get_list_entries, get_mapping, get_number, get_word, is_mapping, value_of
@@ -19,8 +20,6 @@ module sig_deck_read_history
   character(*), parameter :: section = 'history'
   !> largest number of times of a history; more could be neither solved nor stored
   integer, parameter :: max_times = 100000
-  !> largest number of parameters for which the tables are tried at all corners of the box
-  integer, parameter :: max_corner_parameters = 10
   !> number of points inside of the box times the number of times at which tables are tried
   integer, parameter :: most_samples = 100000
 
@@ -228,61 +227,33 @@ contains
     call tables%create(history%states, names_of(parameters), fault)
     ! a name that cannot be used was reported already
     if (allocated(fault)) return
-    corners = corners_of(parameters)
+    corners = corners_to_try(parameters)
     do i = 1, size(corners, 2)
       call tables%begin(corners(:, i), i_table, fault)
       if (i_table == 0) cycle
-      call tree%report_at('history.tables.' // history%states%tables(i_table)%name, fault // place(corners(:, i)))
+      call tree%report_at('history.tables.' // history%states%tables(i_table)%name, fault // ' at ' // &
+        point_text(parameters, corners(:, i)))
       exit
     end do
     call tables%destroy()
-  contains
-    function place(point) result(text)
-      real(rk), intent(in) :: point(:)
-      character(:), allocatable :: text
-      integer :: k
-
-      text = ''
-      do k = 1, size(point)
-        text = text // trim(merge(' at', ',  ', k == 1)) // ' ' // parameters(k)%name // ' = ' // short_number(point(k))
-      end do
-    end function place
   end subroutine check_tables
 
-  !> Returns the middle and the corners of the box, shape (n_parameters, n); with more than 10 parameters the lowest and the highest
-  !> corner only.
-  pure function corners_of(parameters) result(corners)
+  !> Returns the points at which tables are tried: the middle and the corners of the box; with more than 10 parameters the middle,
+  !> the lowest and the highest corner. Shape (n_parameters, n).
+  pure function corners_to_try(parameters) result(points)
     type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk), allocatable :: corners(:, :)
-    integer :: i, k, n
-
-    n = size(parameters)
-    if (n > max_corner_parameters) then
-      corners = reshape([parameters%minimum / 2 + parameters%maximum / 2, parameters%minimum, parameters%maximum], [n, 3])
-      return
-    end if
-    allocate (corners(n, 0:2**n))
-    corners(:, 0) = parameters%minimum / 2 + parameters%maximum / 2
-    do i = 1, 2**n
-      do k = 1, n
-        corners(k, i) = merge(parameters(k)%maximum, parameters(k)%minimum, btest(i - 1, k - 1))
-      end do
-    end do
-  end function corners_of
-
-  pure function names_of(parameters) result(names)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    type(string_t) :: names(size(parameters))
+    real(rk), allocatable :: points(:, :)
     integer :: i
 
-    do i = 1, size(parameters)
-      names(i)%text = parameters(i)%name
-    end do
-  end function names_of
+    if (size(parameters) <= max_corner_parameters) then
+      points = corners_of(parameters, [(i, i=1, size(parameters))])
+    else
+      points = reshape([corners_of(parameters, [integer ::]), parameters%maximum], [size(parameters), 3])
+    end if
+  end function corners_to_try
 
   !> Returns what the numbers of a state are: the parameters, and with a history the time and its tables. The range of the time is
-  !> from 0 to the end of the steps, and the range of a table goes from its smallest to its largest value at these times, over the
-  !> middle and the corners of the box of the parameters.
+  !> from 0 to the end of the steps, and the range of a table is that of find_ranges.
   function state_parameters(parameters, history, has_ranges) result(all)
     type(parameter_config_t), intent(in) :: parameters(:)
     type(history_config_t), intent(in) :: history
@@ -322,11 +293,12 @@ contains
     character(:), allocatable :: fault
     real(rk), allocatable :: corners(:, :), inside(:, :), points(:, :)
     real(rk) :: margins(size(lowest))
+    real(rk) :: values(size(lowest))
     integer :: i, i_table, i_time
 
     call tables%create(history, names_of(parameters), fault)
     inside = points_inside(parameters, min(1000, max(20, most_samples / history%n_times())))
-    corners = corners_of(parameters)
+    corners = corners_to_try(parameters)
     points = reshape([corners, inside], [size(parameters), size(corners, 2) + size(inside, 2)])
     lowest = huge(lowest)
     highest = -huge(highest)
@@ -334,8 +306,9 @@ contains
       call tables%begin(points(:, i), i_table, fault)
       if (i_table > 0) cycle
       do i_time = 1, history%n_times()
-        lowest = min(lowest, tables%at(history%times(i_time)))
-        highest = max(highest, tables%at(history%times(i_time)))
+        values = tables%at(history%times(i_time))
+        lowest = min(lowest, values)
+        highest = max(highest, values)
       end do
     end do
     call tables%destroy()
@@ -357,9 +330,9 @@ contains
 
     do i = 1, n
       do k = 1, size(parameters)
-        points(k, i) = parameters(k)%minimum + (parameters(k)%maximum - parameters(k)%minimum) * &
-          modulo(0.5_rk + i * sqrt(real(primes(modulo(k - 1, size(primes)) + 1), rk)), 1.0_rk)
+        points(k, i) = modulo(0.5_rk + i * sqrt(real(primes(modulo(k - 1, size(primes)) + 1), rk)), 1.0_rk)
       end do
     end do
+    points = in_box(points, parameters)
   end function points_inside
 end module sig_deck_read_history

@@ -4,7 +4,8 @@
 !> other moduli to the first one. A variable of the interpolation is such a constant or its logarithm (to_variable).
 module sig_body_constants
   use sig_bodies, only: regions_of_body
-  use sig_deck_config, only: deck_config_t, parameter_config_t
+  use sig_deck_box, only: corners_of, in_box
+  use sig_deck_config, only: deck_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_errors, only: error_t
   use sig_interpolated_constants, only: to_constant, to_variable
@@ -115,33 +116,17 @@ contains
   function points_of_box(deck) result(states)
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: states(:, :)
+    real(rk), allocatable :: corners(:, :), points(:, :)
+    integer :: i, n
 
-    associate (points => points_inside(deck%parameters))
-      allocate (states(size(deck%state_parameters), size(points, 2)), source=0.0_rk)
-      states(:size(points, 1), :) = points
-    end associate
+    n = size(deck%parameters)
+    corners = corners_of(deck%parameters, [(i, i=1, merge(n, 0, n <= most_corners))])
+    if (n > most_corners) corners = corners(:, :1)
+    points = in_box(latin_hypercube_points(n, n_samples, 1), deck%parameters)
+    allocate (states(size(deck%state_parameters), size(corners, 2) + n_samples), source=0.0_rk)
+    states(:n, :size(corners, 2)) = corners
+    states(:n, size(corners, 2) + 1:) = points
   end function points_of_box
-
-  function points_inside(parameters) result(points)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk), allocatable :: points(:, :)
-    integer :: i, k, n_corners
-
-    n_corners = merge(2**min(size(parameters), most_corners), 0, size(parameters) <= most_corners)
-    allocate (points(size(parameters), 1 + n_corners + n_samples))
-    points(:, 1) = parameters%minimum / 2 + parameters%maximum / 2
-    do i = 0, n_corners - 1
-      do k = 1, size(parameters)
-        points(k, 2 + i) = merge(parameters(k)%maximum, parameters(k)%minimum, btest(i, k - 1))
-      end do
-    end do
-    associate (inside => points(:, n_corners + 2:))
-      inside = latin_hypercube_points(size(parameters), n_samples, 1)
-      do i = 1, n_samples
-        inside(:, i) = parameters%minimum + (parameters%maximum - parameters%minimum) * inside(:, i)
-      end do
-    end associate
-  end function points_inside
 
   subroutine find_constants(problem, i_body, theta, constants)
     type(problem_t), intent(in) :: problem

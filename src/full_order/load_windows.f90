@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Finds loads that act on nothing: no part of their surface is in their window or, with load: whole_edges, no whole facet.
 module sig_load_windows
+  use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t, load_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_expression, only: expression_t
@@ -128,17 +129,12 @@ contains
     !> [length] shape (n_points)
     real(rk), intent(inout) :: values(:)
     type(expression_t) :: expression
-    type(string_t), allocatable :: names(:)
     character(:), allocatable :: message
     real(rk) :: value
     integer :: i
     logical :: is_valid
 
-    allocate (names(size(deck%state_parameters)))
-    do i = 1, size(names)
-      names(i)%text = deck%state_parameters(i)%name
-    end do
-    call expression%create(bound%text, names, message)
+    call expression%create(bound%text, names_of(deck%state_parameters), message)
     do i = 1, size(values)
       call expression%evaluate(points(:, i), value, is_valid)
       if (is_valid) values(i) = value

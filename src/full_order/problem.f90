@@ -3,6 +3,7 @@
 module sig_problem
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_rows, only: contact_rows_t
+  use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t, name_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_idle_work, only: idle_work_t
@@ -121,12 +122,8 @@ contains
   pure function parameter_names(deck) result(names)
     type(deck_config_t), intent(in) :: deck
     type(string_t), allocatable :: names(:)
-    integer :: i
 
-    allocate (names(size(deck%state_parameters)))
-    do i = 1, size(names)
-      names(i)%text = deck%state_parameters(i)%name
-    end do
+    names = names_of(deck%state_parameters)
   end function parameter_names
 
   !> Returns the units of the parameters in the deck's order; a unit may be empty.

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Builds the points of a deck: tensor grids, sequences, lists from CSV files. Writes points as text for people.
 module sig_parameter_space
+  use sig_deck_box, only: in_box, names_of
   use sig_deck_config, only: deck_config_t, parameter_config_t, point_set_config_t
   use sig_errors, only: error_t, make_error
   use sig_history, only: states_of
@@ -84,16 +85,6 @@ contains
       deck%path)
   end subroutine find_states
 
-  pure function names_of(parameters) result(names)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    type(string_t) :: names(size(parameters))
-    integer :: i
-
-    do i = 1, size(parameters)
-      names(i)%text = parameters(i)%name
-    end do
-  end function names_of
-
   !> Keeps the first of equal points (point_index), and warns if it left points out.
   subroutine drop_repeats(path, points)
     !> path of the list, for the warning
@@ -156,19 +147,6 @@ contains
     end do
     all = all(:, pack([(i, i=1, size(keys))], is_kept))
   end function all_points
-
-  !> Maps points from the unit cube into the box of the parameters.
-  pure function in_box(fractions, parameters) result(points)
-    !> [-] in [0, 1), shape (n_parameters, n_points)
-    real(rk), intent(in) :: fractions(:, :)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk) :: points(size(fractions, 1), size(fractions, 2))
-    integer :: i
-
-    do i = 1, size(fractions, 2)
-      points(:, i) = parameters%minimum + fractions(:, i) * (parameters%maximum - parameters%minimum)
-    end do
-  end function in_box
 
   pure function grid_points(n_values, minima, maxima) result(points)
     !> shape (n_parameters)

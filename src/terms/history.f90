@@ -90,14 +90,16 @@ contains
     real(rk), intent(in) :: until
     integer, intent(in) :: n
     real(rk), intent(in) :: growth
-    real(rk) :: times(n), lengths(n)
+    real(rk) :: times(n), lengths(n), passed
     integer :: i
 
     lengths = 1
     if (n > 1) lengths = [(growth**(real(i - 1, rk) / (n - 1)), i=1, n)]
     lengths = lengths / sum(lengths)
+    passed = 0
     do i = 1, n
-      times(i) = start + (until - start) * sum(lengths(:i))
+      passed = passed + lengths(i)
+      times(i) = start + (until - start) * passed
     end do
     times(n) = until
   end function step_times

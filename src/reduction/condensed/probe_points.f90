@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Points in the box of the parameters at which training asks a model, beside the training points. They do not depend on the deck.
 module sig_probe_points
+  use sig_deck_box, only: in_box
   use sig_deck_config, only: deck_config_t, parameter_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -42,25 +43,21 @@ contains
   function probes_in(deck) result(probes)
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: probes(:, :)
-    real(rk) :: places(size(deck%parameters) + 1, n_probes)
-    real(rk), allocatable :: states(:, :)
+    real(rk), allocatable :: places(:, :), states(:, :)
     type(error_t), allocatable :: error
     integer :: i, n, n_times
 
     n = size(deck%parameters)
-    n_times = max(1, deck%history%states%n_times())
-    places(:n + min(1, n_times - 1), :) = latin_hypercube_points(n + min(1, n_times - 1), n_probes, 1)
-    if (n_times == 1) places(n + 1, :) = 0
-    do i = 1, n_probes
-      places(:n, i) = deck%parameters%minimum + (deck%parameters%maximum - deck%parameters%minimum) * places(:n, i)
-    end do
-    allocate (probes(size(deck%state_parameters), n_probes))
-    do i = 1, n_probes
-      call find_states(deck, places(:n, i:i), states, error)
-      if (allocated(error)) exit
-      probes(:, i) = states(:, 1 + int(places(n + 1, i) * n_times))
-    end do
-    if (allocated(error)) probes = probes(:, :0)
+    n_times = deck%history%states%n_times()
+    places = latin_hypercube_points(n + min(1, n_times), n_probes, 1)
+    call find_states(deck, in_box(places(:n, :), deck%parameters), states, error)
+    if (allocated(error)) then
+      allocate (probes(size(deck%state_parameters), 0))
+    else if (n_times == 0) then
+      probes = states
+    else
+      probes = states(:, [((i - 1) * n_times + 1 + int(places(n + 1, i) * n_times), i=1, n_probes)])
+    end if
   end function probes_in
 
   !> Returns the number of the point that is nearest to `point`, where distances are relative to the sides of the box; of equal ones

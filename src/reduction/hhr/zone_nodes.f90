@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Zones of interest: nodes that are added to the reduced integration domain because the deck names them or because they are loaded.
 module sig_zone_nodes
+  use sig_deck_box, only: max_corner_parameters
   use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
@@ -11,9 +12,6 @@ module sig_zone_nodes
   implicit none(type, external)
   private
   public :: find_zone_nodes, find_loaded_nodes
-
-  !> with more parameters than this, the corners of the box are not tried, only the training points
-  integer, parameter :: max_corner_parameters = 10
 
 contains
 
