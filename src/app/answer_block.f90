@@ -105,20 +105,25 @@ contains
   end subroutine answer_points
 
   !> Answers every n-th point of the block, beginning with point i_thread_0 + 1, so that difficult neighbors are shared between the
-  !> n threads; stops at a signal. `data` is the address of the block. Recursive, because several threads run it at once.
+  !> n threads; where the states of a history remember, every n-th history. Stops at a signal. `data` is the address of the block.
+  !> Recursive, because several threads run it at once.
   !>
   !> It makes no texts: gfortran 12 keeps the lengths of the results of text functions in static variables.
   recursive subroutine answer_share(i_thread_0, data) bind(c) ! lint: callback
     integer(c_int), value :: i_thread_0
     type(c_ptr), value :: data
     type(answer_block_t), pointer :: self
-    integer :: i
+    integer :: i, i_share, n_each
 
     call c_f_pointer(data, self)
+    n_each = 1
+    if (self%online%model%laws%remembers()) n_each = max(1, self%online%model%history%n_times())
     associate (asker => self%askers(i_thread_0 + 1))
-      do i = i_thread_0 + 1, self%n_points, size(self%askers)
+      do i = 1, self%n_points
+        i_share = (i - 1) / n_each
+        if (modulo(i_share, size(self%askers)) /= i_thread_0) cycle
         if (is_stop_requested()) exit
-        call asker%query%evaluate(self%online, self%points(:, i), asker%answer)
+        call asker%query%continue(self%online, self%points(:, i), asker%answer)
         self%is_outside(i) = .not. asker%answer%is_inside_box
         call reconstruct_multipliers(self%online, asker%answer, asker%rooms, self%multipliers(:, i))
         self%clusters(i) = asker%answer%cluster

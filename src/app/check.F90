@@ -183,7 +183,7 @@ contains
     text = '# sizes: ' // counted(problem%mesh%n_nodes, 'node') // ', ' // counted(problem%mesh%n_cells, 'cell') // ', ' // &
       counted(problem%mesh%n_dim * problem%mesh%n_nodes, 'dof') // ' (' // to_text(size(problem%boundary%prescribed_dofs)) // &
       ' prescribed), ' // counted(problem%rows%n_rows + problem%inert%n_rows, 'contact pair') // ', ' // &
-      counted(problem%rows%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
+      counted(problem%force_rows%n_rows, 'multiplier') // new_line('a') // '# points: ' // training_text // ', ' // &
       to_text(size(test, 2)) // ' test'
     associate (history => problem%deck%history%states)
       if (history%is_there()) text = text // '; ' // counted(history%n_times(), 'time') // ' of each point are counted'

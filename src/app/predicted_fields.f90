@@ -97,7 +97,7 @@ contains
     logical :: is_valid
 
     if (.not. self%is_used) return
-    call self%query%evaluate(self%online, point, self%answer)
+    call self%query%continue(self%online, point, self%answer)
     is_valid = self%answer%reason > 0
     if (is_valid) call self%fields%evaluate(self%online, point, self%answer, is_valid)
     if (.not. is_valid) then

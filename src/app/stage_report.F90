@@ -65,7 +65,7 @@ contains
     call report%add('times/mesh', problem%mesh_seconds)
     call report%add('times/pairing', problem%pairing_seconds)
     call report_sizes(problem%mesh%n_nodes, problem%mesh%n_cells, problem%mesh%n_dim * problem%mesh%n_nodes, &
-      problem%rows%n_rows, inert_pair_names(problem), report)
+      problem%force_rows%n_rows, inert_pair_names(problem), report)
   end subroutine describe_problem
 
   !> Adds date, host of this rank, command line, hash of the mesh, commit and build type of this run. They replace those of earlier

@@ -354,7 +354,7 @@ contains
     session%exit_code = exit_not_converged
   end subroutine tell_fields
 
-  !> Returns the contact forces of solved points [force], shape (n_rows, n_points); 0 at points that did not converge.
+  !> Returns the normal forces of solved points [force], shape (n_rows, n_points); 0 at points that did not converge.
   pure function multipliers_of(solved, n_rows) result(multipliers)
     type(solved_points_t), intent(in) :: solved
     integer, intent(in) :: n_rows
@@ -363,7 +363,7 @@ contains
 
     multipliers = 0
     do i = 1, size(solved%states)
-      if (solved%states(i)%reason == reason_converged) multipliers(:, i) = solved%states(i)%multipliers
+      if (solved%states(i)%reason == reason_converged) multipliers(:, i) = solved%states(i)%normal_forces()
     end do
   end function multipliers_of
 
@@ -401,7 +401,7 @@ contains
     integer :: i
 
     has_sizes_of = model%n_dim == problem%mesh%n_dim .and. model%n_nodes == problem%mesh%n_nodes .and. &
-      model%n_multipliers == problem%rows%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
+      model%n_multipliers == problem%force_rows%n_rows .and. model%terms%n_terms() == problem%terms%n_terms() .and. &
       size(model%parameter_names) == size(problem%deck%state_parameters)
     do i = 1, model%n_clusters()
       has_sizes_of = has_sizes_of .and. all(model%parts(i)%reduced%cells() <= size(problem%mesh%cell_types))

@@ -166,19 +166,22 @@ contains
     real(rk), intent(in) :: sums(:)
     !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
     type(contact_state_t), intent(inout) :: state
-    real(rk) :: opening(system%rows%n_rows), smallest_force, displacement_size
-    integer :: i_component, n
+    real(rk) :: opening(system%rows%n_rows), smallest_force, displacement_size, excess, wasted
+    integer :: i_component, n, n_contacts
 
     n = system%map%n_dim
     opening = system%gap(theta) - system%rows%apply(state%displacement)
     displacement_size = largest_size(state%displacement)
+    n_contacts = system%laws%n_contacts
+    call compare_friction(system, state, excess, wasted)
     smallest_force = smallest_share * max(system%stiffness_size * displacement_size, sizes%force)
     associate (r => state%residuals)
       r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
-      r%penetration = max(0.0_rk, maxval(-opening))
-      r%negative_multiplier = relative(max(0.0_rk, maxval(-state%multipliers)), maxval(abs(state%multipliers)))
-      r%complementarity = relative(abs(dot_product(state%multipliers, opening)), maxval(abs(state%multipliers)) * &
-        max(sizes%gap, displacement_size))
+      r%penetration = max(0.0_rk, maxval(-opening(:n_contacts)), maxval(abs(opening(:n_contacts)), mask=system%laws%is_tied))
+      r%negative_multiplier = relative(max(excess, maxval(-state%multipliers(:n_contacts), mask=.not. system%laws%is_tied)), &
+        maxval(abs(state%multipliers)))
+      r%complementarity = relative(abs(dot_product(state%multipliers(:n_contacts), opening(:n_contacts))) + wasted, &
+        maxval(abs(state%multipliers)) * max(sizes%gap, displacement_size))
       ! contact forces cancel row by row; radial forces of a turned body balance by the hoop stress
       r%force_balance = maxval([(relative(abs(sums(i_component)), max(smallest_force, sums(n + 1) + sums(n + 2))), &
         i_component=system%first_balanced, n)])
@@ -186,6 +189,37 @@ contains
     if (state%reason > 0 .and. .not. (all(ieee_is_finite(state%displacement)) .and. all(ieee_is_finite(state%multipliers)))) &
       state%reason = reason_linear_solver
   end subroutine compare
+
+  !> Compares tangential forces with the law of friction. Both results are 0 without friction. Local.
+  pure subroutine compare_friction(system, state, excess, wasted)
+    type(contact_system_t), intent(in) :: system
+    type(contact_state_t), intent(in) :: state
+    !> [force] largest |lambda_t| - f lambda_n, at least 0
+    real(rk), intent(out) :: excess
+    !> [force*length] sum of |f lambda_n |slip| - lambda_t . slip|: the work by which friction misses its largest possible one; of
+    !> tied contacts |lambda_t . s|
+    real(rk), intent(out) :: wasted
+    real(rk) :: places(system%rows%n_rows)
+    integer :: k
+
+    excess = 0
+    wasted = 0
+    if (.not. allocated(state%friction)) return
+    places = system%rows%apply(state%displacement) - state%origins
+    do k = 1, system%laws%n_contacts
+      associate (rows => system%laws%tangents(:system%laws%n_tangents(k), k))
+        associate (force => state%multipliers(rows), slip => places(rows), limit => state%friction(k) * state%multipliers(k))
+          if (size(force) == 0) cycle
+          if (system%laws%is_tied(k)) then
+            wasted = wasted + abs(dot_product(force, slip))
+            cycle
+          end if
+          excess = max(excess, norm2(force) - limit)
+          if (state%is_active(k)) wasted = wasted + abs(limit * norm2(slip) - dot_product(force, slip))
+        end associate
+      end associate
+    end do
+  end subroutine compare_friction
 
   !> Returns part / whole; 0 if whole is 0 or less (the maxval of an empty array is negative).
   pure real(rk) function relative(part, whole)

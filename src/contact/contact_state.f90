@@ -13,9 +13,10 @@ module sig_contact_state
     real(rk) :: equilibrium = 0
     !> [length] largest B u - D, 0 where nothing penetrates
     real(rk) :: penetration = 0
-    !> [-] largest -lambda over the largest |lambda|, 0 where no lambda is negative
+    !> [-] largest -lambda_n, with friction also |lambda_t| - f lambda_n, over the largest |lambda|; 0 where neither is positive
     real(rk) :: negative_multiplier = 0
-    !> [-] |lambda . (D - B u)| over the largest |lambda| times the largest of |D| and |u|
+    !> [-] over the largest |lambda| times the largest of |D| and |u|: |lambda . (D - B u)| of the normal forces; with friction also
+    !> the sum of f lambda_n |slip| - lambda_t . slip, 0 where forces act along the slip
     real(rk) :: complementarity = 0
     !> [-] resultant of reactions, loads and obstacles over the sum of the sizes of reactions and loads (or over the larger 1e-6 in
     !> `equilibrium`, if this is more), worst component; in axisymmetry only along z
@@ -26,11 +27,26 @@ module sig_contact_state
   type :: contact_state_t
     !> [length] natural, shape (n_dofs)
     real(rk), allocatable :: displacement(:)
-    !> [force] >= 0, shape (n_rows)
+    !> [force] normal forces, >= 0 if not tied, then tangential forces; shape (n_rows)
     real(rk), allocatable :: multipliers(:)
+    !> [length] slip since the last time, in tangential rows; 0 where a contact sticks, or opens; shape (n_rows), not allocated
+    !> without friction
+    real(rk), allocatable :: slip(:)
+    !> [length] place of tangential rows from which their slip counts: B_t u at the last time; shape (n_rows), not allocated without
+    !> friction
+    real(rk), allocatable :: origins(:)
+    !> [-] coefficients of friction, shape (n_contacts), not allocated without friction
+    real(rk), allocatable :: friction(:)
+    !> whether each contact slips, shape (n_contacts), not allocated without friction
+    logical, allocatable :: slips(:)
+    !> without an equilibrium: amplitudes of the free motion in which bodies slide or come off, up to a factor; shape (n_free), else
+    !> not allocated
+    real(rk), allocatable :: drift(:)
+    !> number of solutions that were found: with large coefficients of friction there may be several
+    integer :: n_solutions = 1
     !> [force] forces of the supports on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not set by measure_points
     real(rk), allocatable :: reactions(:)
-    !> whether the contact is closed, shape (n_rows)
+    !> whether each row may carry a force: its contact is closed; shape (n_rows)
     logical, allocatable :: is_active(:)
     !> number of steps of the contact solver
     integer :: n_iterations = 0
@@ -41,5 +57,21 @@ module sig_contact_state
     type(residuals_t) :: residuals
     !> [s] wall time of the solve
     real(rk) :: seconds = 0
+  contains
+    procedure :: normal_forces
   end type contact_state_t
+
+contains
+
+  !> Returns the normal forces [force] of all contacts, shape (n_contacts).
+  pure function normal_forces(self) result(forces)
+    class(contact_state_t), intent(in) :: self
+    real(rk), allocatable :: forces(:)
+
+    if (allocated(self%friction)) then
+      forces = self%multipliers(:size(self%friction))
+    else
+      forces = self%multipliers
+    end if
+  end function normal_forces
 end module sig_contact_state

@@ -5,6 +5,7 @@ module sig_contact_system
   use sig_assembly, only: assemble_stiffness, fill_stiffness
   use sig_boundary_conditions, only: boundary_conditions_t
   use sig_clock, only: wall_time
+  use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_contact_rows, only: contact_rows_t
   use sig_corner_means, only: corner_means_t, find_corner_means
   use sig_dof_map, only: create_dof_map, dof_map_t
@@ -25,8 +26,12 @@ module sig_contact_system
     type(dof_map_t) :: map
     !> prescribed displacements, also 0 on the supports of the idle motions, and loads
     type(boundary_conditions_t) :: boundary
-    !> rows with a multiplier
+    !> rows with a multiplier: normal rows of all contacts, then tangential rows
     type(contact_rows_t) :: rows
+    type(contact_laws_t) :: laws
+    !> a solver gets so many states of a history at once, in their order, because later ones depend on earlier ones; 1 where nothing
+    !> remembers
+    integer :: n_times = 1
     !> bodies, and the rigid motions that no prescribed displacement holds
     type(rigid_motions_t) :: motions
     !> forces balance along the components from this one on: not along r in axisymmetry
@@ -61,7 +66,7 @@ module sig_contact_system
 contains
 
   !> Partitions the mesh over the ranks of comm, creates the problem and assembles K. Collective on comm.
-  subroutine create(self, comm, mesh, body, boundary, rows, ierr)
+  subroutine create(self, comm, mesh, body, boundary, rows, ierr, laws, n_times)
     class(contact_system_t), intent(out) :: self
     MPI_Comm, intent(in) :: comm
     type(mesh_t), intent(in) :: mesh
@@ -70,6 +75,10 @@ contains
     !> rows with a multiplier, no inert ones
     type(contact_rows_t), intent(in) :: rows
     PetscErrorCode, intent(out) :: ierr
+    !> default: contacts without friction
+    type(contact_laws_t), intent(in), optional :: laws
+    !> number of times of a history; default: 1
+    integer, intent(in), optional :: n_times
     type(mesh_partition_t) :: partition
     real(rk) :: start
     integer, allocatable :: tied_first(:), tied_second(:)
@@ -78,6 +87,9 @@ contains
     self%comm = comm
     self%boundary = boundary
     self%rows = rows
+    self%laws = laws_without_friction(rows%n_rows)
+    if (present(laws)) self%laws = laws
+    if (present(n_times) .and. self%laws%remembers()) self%n_times = n_times
     if (body%mechanics%is_round) self%first_balanced = 2
     start = wall_time()
     call rows%tied_nodes(mesh%n_nodes, tied_first, tied_second)

@@ -19,15 +19,15 @@ contains
     integer, intent(in) :: root
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
-    integer :: counts(3)
+    integer :: counts(4)
     real(rk) :: numbers(6)
-    real(rk), allocatable :: flags(:)
 
-    counts = [state%n_iterations, state%n_linear_iterations, state%reason]
+    counts = [state%n_iterations, state%n_linear_iterations, state%reason, state%n_solutions]
     PetscCallMPI(MPI_Bcast(counts, size(counts), MPI_INTEGER, root, comm, ierr))
     state%n_iterations = counts(1)
     state%n_linear_iterations = counts(2)
     state%reason = counts(3)
+    state%n_solutions = counts(4)
     associate (r => state%residuals)
       numbers = [r%equilibrium, r%penetration, r%negative_multiplier, r%complementarity, r%force_balance, state%seconds]
       PetscCallMPI(MPI_Bcast(numbers, size(numbers), MPI_DOUBLE_PRECISION, root, comm, ierr))
@@ -41,11 +41,29 @@ contains
     PetscCall(broadcast_values(state%displacement, root, comm, ierr))
     PetscCall(broadcast_values(state%multipliers, root, comm, ierr))
     PetscCall(broadcast_values(state%reactions, root, comm, ierr))
-    if (allocated(state%is_active)) flags = merge(1.0_rk, 0.0_rk, state%is_active)
-    PetscCall(broadcast_values(flags, root, comm, ierr))
-    if (allocated(state%is_active)) deallocate (state%is_active)
-    if (allocated(flags)) state%is_active = flags > 0
+    PetscCall(broadcast_values(state%slip, root, comm, ierr))
+    PetscCall(broadcast_values(state%origins, root, comm, ierr))
+    PetscCall(broadcast_values(state%friction, root, comm, ierr))
+    PetscCall(broadcast_values(state%drift, root, comm, ierr))
+    PetscCall(broadcast_flags(state%is_active, root, comm, ierr))
+    PetscCall(broadcast_flags(state%slips, root, comm, ierr))
   end subroutine broadcast_state
+
+  !> Does the same as broadcast_values. Collective.
+  subroutine broadcast_flags(flags, root, comm, ierr)
+    logical, allocatable, intent(inout) :: flags(:)
+    integer, intent(in) :: root
+    MPI_Comm, intent(in) :: comm
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: values(:)
+
+    if (allocated(flags)) then
+      values = merge(1.0_rk, 0.0_rk, flags)
+      deallocate (flags)
+    end if
+    PetscCall(broadcast_values(values, root, comm, ierr))
+    if (allocated(values)) flags = values > 0
+  end subroutine broadcast_flags
 
   !> Copies an array of the root to all other ranks. If the root has no array, the others have none afterwards. Collective.
   subroutine broadcast_values(values, root, comm, ierr)

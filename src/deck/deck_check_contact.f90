@@ -36,6 +36,7 @@ contains
         ! one message is enough: a deck may repeat the entry hundreds of times
         exit
       end do
+      call check_law(tree, path, config, entry)
       if (entry%has_obstacle) then
         call check_obstacle(tree, path, config, entry)
         return
@@ -48,6 +49,23 @@ contains
       if (entry%has_initial_gap) call check_field(tree, path // '.initial_gap', config, entry%initial_gap)
     end associate
   end subroutine check_contact
+
+  !> Checks that the coefficient of friction is finite and not negative, and that a tied entry has none.
+  subroutine check_law(tree, path, config, entry)
+    type(deck_tree_t), intent(inout) :: tree
+    !> key path of the contact entry
+    character(*), intent(in) :: path
+    type(deck_config_t), intent(in) :: config
+    type(contact_config_t), intent(in) :: entry
+
+    if (.not. entry%has_friction) return
+    if (entry%tied == 'false') then
+      call check_range(tree, path // '.friction', config, entry%friction, 0.0_rk, huge(1.0_rk), '', may_be_bound=.true.)
+    else
+      call tree%report_at(path // '.friction', 'and tied exclude each other', &
+        'surfaces that are bonded do not slip (tied: true), and those that slip with friction may open')
+    end if
+  end subroutine check_law
 
   pure logical function are_same_surfaces(one, other)
     type(contact_config_t), intent(in) :: one

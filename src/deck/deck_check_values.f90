@@ -12,6 +12,19 @@ module sig_deck_check_values
   private
   public :: check_field, check_range
 
+  !> Which values are allowed: those between two bounds.
+  type :: range_t
+    real(rk) :: above = 0
+    real(rk) :: below = 0
+    !> of the value, with a blank before it; may be empty
+    character(:), allocatable :: unit
+    !> `above` is allowed, too
+    logical :: has_bound = .false.
+  contains
+    procedure :: has
+    procedure :: rule_for
+  end type range_t
+
 contains
 
   !> Checks that an expression is finite at the middle and at the corners of the box of the parameters, as check_finite describes.
@@ -38,7 +51,7 @@ contains
 
   !> Checks that a number lies between two bounds. An expression must be finite and lie between them at the middle and at the
   !> corners of the box of the parameters, as check_finite describes; it is not checked if a parameter has no valid range.
-  subroutine check_range(tree, path, config, value, above, below, unit)
+  subroutine check_range(tree, path, config, value, above, below, unit, may_be_bound)
     !> gets the error
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the value
@@ -51,40 +64,51 @@ contains
     real(rk), intent(in) :: below
     !> unit of the value for messages, with a blank before it; may be empty
     character(*), intent(in) :: unit
+    !> the value may also be equal to `above`; default: it may not
+    logical, intent(in), optional :: may_be_bound
+    type(range_t) :: range
 
+    range = range_t(above, below, unit)
+    if (present(may_be_bound)) range%has_bound = may_be_bound
     if (value%is_constant) then
-      if (value%constant <= above .or. value%constant >= below) &
-        call tree%report_at(path, 'is ' // to_text(value%constant) // unit // range_text(value%constant, above, below))
+      if (.not. range%has(value%constant)) &
+        call tree%report_at(path, 'is ' // to_text(value%constant) // unit // range%rule_for(value%constant))
     else if (has_box(config%parameters)) then
-      call check_finite(tree, path, config, value, above, below, unit)
+      call check_finite(tree, path, config, value, range)
     end if
   end subroutine check_range
 
-  !> Returns the end of the message for a value that is not between its bounds: the bound that it breaks.
-  !> Requires: `above` is a whole number.
-  pure function range_text(value, above, below) result(text)
+  pure logical function has(self, value)
+    class(range_t), intent(in) :: self
     real(rk), intent(in) :: value
-    real(rk), intent(in) :: above
-    real(rk), intent(in) :: below
+
+    has = value < self%below .and. (value > self%above .or. (self%has_bound .and. value >= self%above))
+  end function has
+
+  !> Returns the end of the message for a value that is not in the range: the bound that it breaks. Requires: `above` is a whole
+  !> number.
+  pure function rule_for(self, value) result(text)
+    class(range_t), intent(in) :: self
+    real(rk), intent(in) :: value
     character(:), allocatable :: text
 
-    text = '; it must be less than ' // to_text(below)
-    if (value <= above) text = '; it must be greater than ' // to_text(nint(above))
-  end function range_text
+    text = '; it must be less than ' // to_text(self%below)
+    if (value >= self%below) return
+    text = '; it must be greater than ' // to_text(nint(self%above))
+    if (self%has_bound) text = '; it must be at least ' // to_text(nint(self%above))
+  end function rule_for
 
   !> Checks that an expression is finite, and within its bounds if there are any, at the middle and at the corners of the box, where
   !> divisions by zero are likely. Corners differ in the first 10 parameters of the expression; all other parameters are at their
   !> minimum there. Adds an error for the first of these points where it is not. Not checked: a constant, and an expression with a
   !> name that is no parameter or cannot be used.
-  subroutine check_finite(tree, path, config, value, above, below, unit)
+  subroutine check_finite(tree, path, config, value, range)
     type(deck_tree_t), intent(inout) :: tree
     character(*), intent(in) :: path
     type(deck_config_t), intent(in) :: config
     type(value_config_t), intent(in) :: value
-    !> bounds and unit as in check_range, all three or none; default: any finite value is allowed
-    real(rk), intent(in), optional :: above
-    real(rk), intent(in), optional :: below
-    character(*), intent(in), optional :: unit
+    !> default: any finite value is allowed
+    type(range_t), intent(in), optional :: range
     type(expression_t) :: expression
     character(:), allocatable :: message
     real(rk), allocatable :: states(:, :)
@@ -103,10 +127,10 @@ contains
         if (.not. is_valid) then
           call tree%report_at(path, 'is ' // shown(value%text) // ', which is not finite at ' // point_text(all, states(:, i)))
           exit
-        else if (present(above)) then
-          if (result > above .and. result < below) cycle
-          call tree%report_at(path, 'is ' // shown(value%text) // ', which is ' // to_text(result) // unit // &
-            ' at ' // point_text(all, states(:, i)) // range_text(result, above, below))
+        else if (present(range)) then
+          if (range%has(result)) cycle
+          call tree%report_at(path, 'is ' // shown(value%text) // ', which is ' // to_text(result) // range%unit // &
+            ' at ' // point_text(all, states(:, i)) // range%rule_for(result))
           exit
         end if
       end do

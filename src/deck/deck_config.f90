@@ -205,6 +205,12 @@ module sig_deck_config
     logical :: has_initial_gap = .false.
     !> [length] gap at the coordinates of each node of the first surface; negative = interference
     type(value_config_t) :: initial_gap
+    !> false (default), true (bonded: the surfaces neither open nor slip) or normal (they slip, but never open)
+    character(6) :: tied = 'false'
+    !> whether the deck gives a coefficient of friction; otherwise (default) there is no friction
+    logical :: has_friction = .false.
+    !> [-] coefficient of friction, >= 0
+    type(value_config_t) :: friction
   end type contact_config_t
 
   type :: solver_config_t

@@ -275,7 +275,7 @@ contains
     if (contact%has_obstacle) then
       yaml = yaml // ', obstacle: ' // obstacle_mapping(contact%obstacle)
       if (contact%obstacle%type == 'sphere') yaml = yaml // ', direction: ' // number_list(contact%direction)
-      yaml = yaml // '}'
+      yaml = yaml // law_keys(contact) // '}'
       return
     end if
     yaml = yaml // ', second: ' // yaml_text(contact%second%text)
@@ -283,8 +283,18 @@ contains
     yaml = yaml // ', formulation: ' // trim(contact%formulation) // ', pairing_tolerance: ' // to_text(contact%pairing_tolerance)
     if (contact%has_search_distance) yaml = yaml // ', search_distance: ' // to_text(contact%search_distance)
     if (contact%has_initial_gap) yaml = yaml // ', initial_gap: ' // value_text(contact%initial_gap)
-    yaml = yaml // '}'
+    yaml = yaml // law_keys(contact) // '}'
   end function contact_entry
+
+  !> Returns the keys friction and tied with a comma before each; empty for an entry without them.
+  pure function law_keys(contact) result(yaml)
+    type(contact_config_t), intent(in) :: contact
+    character(:), allocatable :: yaml
+
+    yaml = ''
+    if (contact%has_friction) yaml = ', friction: ' // value_text(contact%friction)
+    if (contact%tied /= 'false') yaml = yaml // ', tied: ' // trim(contact%tied)
+  end function law_keys
 
   pure function obstacle_mapping(obstacle) result(yaml)
     type(obstacle_config_t), intent(in) :: obstacle

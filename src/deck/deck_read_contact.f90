@@ -12,7 +12,7 @@ module sig_deck_read_contact
 
   character(*), parameter :: obstacle_types(2) = [character(10) :: 'half_space', 'sphere']
   character(*), parameter :: formulations(3) = [character(12) :: 'auto', 'node_to_node', 'mortar']
-  character(*), parameter :: without_friction = 'contact is frictionless'
+  character(*), parameter :: ties(3) = [character(6) :: 'false', 'true', 'normal']
   character(*), parameter :: of_parameters = 'a number or an expression of the parameters'
 
 contains
@@ -51,11 +51,26 @@ contains
         call get_number(tree, nodes(i), 'search_distance', .false., contact(i)%search_distance)
         call read_initial_gap(tree, nodes(i), contact(i))
       end if
-      call tree%refuse_key(nodes(i), 'friction', without_friction)
-      call tree%refuse_key(nodes(i), 'friction_coefficient', without_friction)
+      call read_law(tree, nodes(i), contact(i))
       call tree%close_mapping(nodes(i))
     end do
   end subroutine read_contact
+
+  !> Reads what the surfaces do along and across each other: friction, or that they are tied.
+  subroutine read_law(tree, i_entry, contact)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_entry
+    type(contact_config_t), intent(inout) :: contact
+    character(:), allocatable :: tied
+    integer :: i_friction
+
+    i_friction = tree%find(i_entry, 'friction')
+    contact%has_friction = i_friction > 0
+    if (contact%has_friction) call read_value(tree, i_friction, contact%friction)
+    tied = trim(contact%tied)
+    call get_choice(tree, i_entry, 'tied', .false., ties, tied)
+    contact%tied = tied
+  end subroutine read_law
 
   subroutine read_direction(tree, i_entry, is_required, contact)
     type(deck_tree_t), intent(inout) :: tree

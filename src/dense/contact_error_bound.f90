@@ -19,6 +19,7 @@ module sig_contact_error_bound
   contains
     procedure :: create
     procedure :: evaluate
+    procedure :: dual_size
     procedure, private :: bound_of_step
     procedure, private :: bound_without
     procedure, private :: times
@@ -84,6 +85,18 @@ contains
     end if
     bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more, .not. present(surplus)))
   end function evaluate
+
+  !> [sqrt(force*length)] Returns the size of a change of openings [length, shape (n)] in the norm of W^-1; 0 without rows.
+  !> Requires: is_valid.
+  real(rk) function dual_size(self, change)
+    class(contact_error_bound_t), intent(in) :: self
+    real(rk), intent(in) :: change(:)
+    real(rk) :: reduced(size(change))
+
+    reduced = change
+    if (size(change) > 0) call reduce_cholesky(size(change), self%factor, reduced)
+    dual_size = norm2(reduced)
+  end function dual_size
 
   !> Returns the second bound for the set S = is_closed, or the third one if it is allowed and smaller; huge where W_SS cannot be
   !> factored. It costs a factorization of W_SS.

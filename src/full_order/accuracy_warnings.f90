@@ -88,7 +88,7 @@ contains
   pure function open_contact_warnings(deck, rows, multipliers) result(warnings)
     type(deck_config_t), intent(in) :: deck
     type(contact_rows_t), intent(in) :: rows
-    !> [force] shape (n_rows, n_points)
+    !> [force] normal forces, then others; shape (at least n_rows, n_points)
     real(rk), intent(in) :: multipliers(:, :)
     type(string_t), allocatable :: warnings(:)
     integer :: i
@@ -96,7 +96,8 @@ contains
     allocate (warnings(0))
     do i = 1, size(deck%contact)
       associate (is_own => rows%contact_entry == i)
-        if (.not. any(is_own) .or. any(spread(is_own, 2, size(multipliers, 2)) .and. multipliers > 0)) cycle
+        if (.not. any(is_own) .or. any(spread(is_own, 2, size(multipliers, 2)) .and. &
+          multipliers(:rows%n_rows, :) > 0)) cycle
         call append_text(warnings, 'contact[' // to_text(i) // '] (' // contact_name(deck, i) // ') is open at all ' // &
           to_text(size(multipliers, 2)) // ' training points, so it has no force there; if it should close, look at the gaps ' // &
           '(signorom check prints them), the directions of the loads, and the ranges of the parameters')

@@ -26,7 +26,7 @@ contains
   !> that they err by more than about 1 % at a point, else ''. Entries with a direction or an obstacle have no warning.
   function lean_warnings(problem, multipliers) result(warnings)
     type(problem_t), intent(in) :: problem
-    !> [force] shape (n_rows, n_points)
+    !> [force] normal forces, then others; shape (at least n_rows, n_points)
     real(rk), intent(in) :: multipliers(:, :)
     type(string_t), allocatable :: warnings(:)
     real(rk) :: leans(problem%rows%n_rows), means(size(problem%deck%contact)), commons(problem%mesh%n_dim, size(means))
@@ -35,7 +35,7 @@ contains
     call measure_all(problem, leans, commons)
     means = 0
     do i = 1, size(multipliers, 2)
-      means = max(means, mean_leans(problem, leans, multipliers(:, i)))
+      means = max(means, mean_leans(problem, leans, multipliers(:problem%rows%n_rows, i)))
     end do
     warnings = warnings_of(problem, means, commons)
   end function lean_warnings

@@ -19,14 +19,31 @@ contains
   !> Finds the points of one group and their batches; the points of a batch share one stiffness. If all points share one stiffness,
   !> the groups get them in turn, because neighbors take about the same time. Otherwise the points are sorted by their constants and
   !> cut into one share per group. If there are fewer stiffnesses than groups, the shares are nearly equal. If not, each cut is
-  !> between two stiffnesses, where it is nearest to equal shares (border). A group may get no points.
-  pure subroutine deal_points(constants, i_group, n_groups, n_at_once, batches)
+  !> between two stiffnesses, where it is nearest to equal shares (border). A group may get no points. The states of a history that
+  !> remembers stay together, in their order.
+  pure subroutine deal_points(constants, i_group, n_groups, n_at_once, n_times, batches)
     !> what the stiffness depends on at each point, as varying_constants gives it, shape (n_constants, n_points)
     real(rk), intent(in) :: constants(:, :)
     !> 1-based
     integer, intent(in) :: i_group
     integer, intent(in) :: n_groups
     !> largest number of points in a batch
+    integer, intent(in) :: n_at_once
+    !> so many points after each other are the states of a history, which share their stiffness; 1 where nothing remembers
+    integer, intent(in) :: n_times
+    type(point_batches_t), intent(out) :: batches
+    integer :: i, t
+
+    call deal_histories(constants(:, ::n_times), i_group, n_groups, max(1, n_at_once / n_times), batches)
+    batches%points = [((n_times * (batches%points(i) - 1) + t, t=1, n_times), i=1, size(batches%points))]
+    batches%ends = n_times * batches%ends
+  end subroutine deal_points
+
+  !> Does the work of deal_points for points, or for histories of which one state each is given.
+  pure subroutine deal_histories(constants, i_group, n_groups, n_at_once, batches)
+    real(rk), intent(in) :: constants(:, :)
+    integer, intent(in) :: i_group
+    integer, intent(in) :: n_groups
     integer, intent(in) :: n_at_once
     type(point_batches_t), intent(out) :: batches
     integer :: order(size(constants, 2))
@@ -43,7 +60,7 @@ contains
         call cut_batches(is_first(before + 1:last), n_at_once, batches%ends)
       end associate
     end if
-  end subroutine deal_points
+  end subroutine deal_histories
 
   !> Returns the number of different stiffnesses that the points need: the number of different columns. It is 1 if the constants
   !> have no rows, and 0 without points.

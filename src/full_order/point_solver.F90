@@ -44,7 +44,9 @@ module sig_point_solver
   contains
     procedure :: create
     procedure :: solve
+    procedure :: solve_history
     procedure :: solve_points
+    procedure :: n_times
     procedure :: n_points_at_once
     procedure :: condense
     procedure :: look_at
@@ -71,7 +73,9 @@ contains
 
     start = wall_time()
     self%n_stiffnesses = 0
-    PetscCall(self%system%create(comm, problem%mesh, problem%body, problem%boundary, problem%rows, ierr))
+    associate (body => problem%body, rows => problem%force_rows, n_times => max(1, problem%deck%history%states%n_times()))
+      PetscCall(self%system%create(comm, problem%mesh, body, problem%boundary, rows, ierr, problem%laws, n_times))
+    end associate
     call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
     if (problem%has_fixed_stiffness) then
@@ -150,8 +154,8 @@ contains
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
   end subroutine take_body
 
-  !> Solves one point and measures its residuals and reactions. The reason in `state` says whether it has a solution. Requires:
-  !> check_points accepted the point. Collective.
+  !> Solves one point that is no state of a history which remembers, and measures its residuals and reactions. The reason in `state`
+  !> says whether it has a solution. Requires: check_points accepted the point. Collective.
   subroutine solve(self, problem, point, state, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -172,6 +176,37 @@ contains
     state%seconds = wall_time() - start
     PetscCall(measure_residuals(self%system, theta, state, ierr))
   end subroutine solve
+
+  !> Solves the states of one history, or one point where nothing remembers (n_times), as solve does. Requires: as solve.
+  !> Collective.
+  subroutine solve_history(self, problem, points, states, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_times)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_times)
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: start, theta(problem%boundary%n_terms, size(points, 2))
+    integer :: i, i_source
+    logical :: is_valid
+
+    if (size(states) == 1) then
+      PetscCall(self%solve(problem, points(:, 1), states(1), ierr))
+      return
+    end if
+    start = wall_time()
+    do i = 1, size(points, 2)
+      call self%terms%evaluate(points(:, i), theta(:, i), is_valid, i_source)
+    end do
+    PetscCall(update_stiffness(self, problem, points(:, 1), ierr))
+    PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
+    self%n_solved = self%n_solved + size(states)
+    states%seconds = (wall_time() - start) / size(states)
+    do i = 1, size(states)
+      PetscCall(measure_residuals(self%system, theta(:, i), states(i), ierr))
+    end do
+  end subroutine solve_history
 
   !> Solves several points that share a stiffness at once and measures their residuals, but no reactions. Each state has its own
   !> reason, and an equal share of the wall time of assembly and solver. Requires: check_points accepted the points; there are one
@@ -198,6 +233,14 @@ contains
     states%seconds = (wall_time() - start) / size(states)
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
+
+  !> Returns how many points are solved together, in their order, because the states of a history remember: all its times, else 1.
+  !> Requires: create.
+  pure integer function n_times(self)
+    class(point_solver_t), intent(in) :: self
+
+    n_times = self%system%n_times
+  end function n_times
 
   !> Returns how many points solve_points takes at most in one call: more than one if the solver is faster with several points.
   !> Requires: create.

@@ -2,6 +2,7 @@
 !> The full-order problem of a deck and its mesh, before anything is solved.
 module sig_problem
   use sig_boundary_conditions, only: boundary_conditions_t
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t, name_config_t
@@ -46,9 +47,14 @@ module sig_problem
     integer, allocatable :: lifted_terms(:)
     !> whether all but the contact rows and what follows from them is there; may be true even after an error of load_problem
     logical :: has_driving = .false.
-    !> rows with a multiplier, and inert rows, whose displacements are all prescribed
+    !> terms of the coefficients of friction, 1 where there is none; shape (size(deck%contact))
+    integer, allocatable :: friction_terms(:)
+    !> normal rows of the contacts, and inert rows, whose displacements are all prescribed
     type(contact_rows_t) :: rows
     type(contact_rows_t) :: inert
+    !> rows with a multiplier: `rows`, then tangential rows
+    type(contact_rows_t) :: force_rows
+    type(contact_laws_t) :: laws
     !> which solver is taken, and why
     type(solver_plan_t) :: plan
     !> what the costs of solvers depend on

@@ -16,6 +16,7 @@ module sig_problem_loading
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
   use sig_factor_size, only: measure_factor
+  use sig_friction_building, only: add_friction_terms, create_contact_laws
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
   use sig_lifted_strains, only: lift_strains
@@ -148,6 +149,7 @@ contains
     call lift_strains(problem%mesh, problem%body, problem%strains, n_first, problem%terms, problem%boundary, problem%lifted_terms)
     allocate (problem%constant_terms(0))
     if (.not. problem%has_fixed_stiffness) call add_material_terms(deck, problem%terms, problem%constant_terms)
+    call add_friction_terms(deck%contact, problem%terms, problem%friction_terms)
     call list_stiffness_terms(.not. has_numbers(deck%materials), problem%stiffness_terms)
     problem%has_driving = .true.
   end subroutine create_driving
@@ -213,7 +215,10 @@ contains
 
     ierr = 0
     call let_bodies_slip(problem)
-    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%rows, &
+    call create_contact_laws(problem%deck, problem%mesh, problem%boundary%is_prescribed, problem%friction_terms, problem%rows, &
+      problem%force_rows, problem%laws, error)
+    if (allocated(error)) return
+    call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%force_rows, &
       problem%motions)
     call measure_idle_work(problem)
     problem%warnings = deck_warnings(problem%deck, problem%mesh, problem%body%material_of_cell)
@@ -245,7 +250,8 @@ contains
     associate (sizes => problem%sizes, mesh => problem%mesh)
       sizes%n_dim = mesh%n_dim
       sizes%n_dofs = mesh%n_dim * mesh%n_nodes
-      sizes%n_multipliers = problem%rows%n_rows
+      sizes%n_multipliers = problem%force_rows%n_rows
+      sizes%has_plain_contact = problem%laws%is_plain()
       sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
       sizes%is_floating = problem%motions%n_free > 0
       sizes%has_multigrid_vi = has_multigrid_vi()

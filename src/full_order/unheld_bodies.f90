@@ -37,7 +37,7 @@ contains
     n = 0
     do i = 1, size(states)
       if (states(i)%reason /= reason_converged) cycle
-      unheld = unheld_motions(motions, states(i)%multipliers > 0)
+      unheld = unheld_motions(motions, abs(states(i)%multipliers) > 0)
       if (size(unheld, 2) == 0) cycle
       n = n + 1
       if (n > 1) cycle

@@ -5,8 +5,10 @@
 module sig_condensed_certificate
   use sig_answer, only: answer_t, comparable_size
   use sig_compliance, only: compliance_point_t, compliance_t
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_error_bound, only: contact_error_bound_t
   use sig_force_balance, only: keep_balance
+  use sig_friction_steps, only: friction_memory_t
   use sig_free_motions, only: anchor_work
   use sig_hanging_bodies, only: hanging_bodies_t
   use sig_kinds, only: rk
@@ -29,6 +31,7 @@ module sig_condensed_certificate
     procedure :: energy
     procedure :: correct
     procedure :: certify_own
+    procedure :: certify_step
     procedure :: certify_foreign
   end type condensed_certificate_t
 
@@ -168,6 +171,36 @@ contains
     if (compliance%has_displacement()) call compliance%bound_displacement(bound, answer%unknowns, &
       dot_product(answer%unknowns, opening - point%opening), point, answer)
   end subroutine certify_own
+
+  !> Sets the backward error of a step with friction or ties: the size, in the norm of W^-1, of a change of gaps and slips for which
+  !> the answer is exact. For small coefficients of friction the error of the forces is of this size; it is no bound of it, and says
+  !> nothing of the errors of earlier steps. Requires: is_valid.
+  subroutine certify_step(self, compliance, laws, memory, point, opening, answer)
+    class(condensed_certificate_t), intent(in) :: self
+    !> the one that create was called with
+    class(compliance_t), intent(in) :: compliance
+    type(contact_laws_t), intent(in) :: laws
+    !> after the step
+    type(friction_memory_t), intent(in) :: memory
+    !> with q of the solution, and [length] its w = W z + q, shape (n_multipliers)
+    type(compliance_point_t), target, intent(in) :: point
+    real(rk), contiguous, intent(in) :: opening(:)
+    !> in: theta, unknowns and multipliers; out: the bounds
+    type(answer_t), intent(inout) :: answer
+    real(rk) :: places(size(opening)), change(size(opening)), closing(size(opening)), size_of_answer, bound
+
+    places = opening
+    places(compliance%anchors) = compliance%scale * answer%unknowns(compliance%anchors)
+    change = memory%change_to_exact(laws, places)
+    closing = opening - point%opening
+    call close_anchors(compliance, answer%unknowns, point, closing)
+    size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(answer%multipliers(self%free_rows), closing(self%free_rows)))), &
+      compliance%largest_size)
+    bound = self%bound%dual_size(change(self%free_rows))
+    call answer%take_bound(bound, size_of_answer)
+    if (compliance%has_displacement()) call compliance%bound_displacement(bound, answer%unknowns, &
+      dot_product(answer%unknowns, opening - point%opening), point, answer)
+  end subroutine certify_step
 
   !> Bounds the error of forces that another part found, in the norm of W. If there are anchors, forces that do not balance the
   !> loads on the bodies that only contact holds get the bound huge; where W is not fixed, too, nothing changes. Requires: is_valid.

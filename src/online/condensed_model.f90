@@ -7,9 +7,11 @@ module sig_condensed_model
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_condensed, answer_t, comparable_size, no_bound
   use sig_compliance, only: compliance_point_t, compliance_t
+  use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_dense_kernels, only: add_few_columns
   use sig_errors, only: error_t
+  use sig_friction_steps, only: friction_memory_t, friction_steps_t
   use sig_free_motions, only: anchor_work, count_free_motions
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -27,11 +29,16 @@ module sig_condensed_model
   !> reasons why differentiate_lcp finds no derivatives
   character(*), parameter :: not_unique = 'the contact forces have no derivative at this point: they ' // &
     'are not unique, or contacts that touch without a force leave no solution beside this point'
+  character(*), parameter :: with_friction = 'derivatives of contact with friction, or of tied contacts, are not available'
   character(*), parameter :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
     'this direction, the loads move a body that no contact force holds here'
 
   type, extends(reduced_t) :: condensed_model_t
     class(compliance_t), allocatable :: compliance
+    !> friction and ties of the contacts; `complete` sets them
+    type(contact_laws_t) :: laws
+    !> not allocated where contacts only open and close
+    type(friction_steps_t), allocatable, private :: steps
     type(condensed_certificate_t), allocatable, private :: certificate
   contains
     procedure :: kind => kind_of
@@ -39,6 +46,7 @@ module sig_condensed_model
     procedure :: mismatch
     procedure :: prepare
     procedure :: create_room
+    procedure :: forget
     procedure :: solve
     procedure :: fill_multipliers
     procedure :: fill_displacement
@@ -73,6 +81,8 @@ module sig_condensed_model
     real(rk), allocatable :: opening(:)
     !> active set to start from, shape (n_unknowns)
     logical, allocatable :: start(:)
+    !> of contacts with friction
+    type(friction_memory_t) :: memory
   end type condensed_room_t
 
 contains
@@ -90,6 +100,8 @@ contains
     type(model_sizes_t), intent(in) :: sizes
 
     call self%compliance%complete(sizes)
+    self%laws = sizes%laws
+    if (.not. allocated(self%laws%tangents)) self%laws = laws_without_friction(sizes%n_multipliers)
   end subroutine complete
 
   !> Returns the name of an array whose shape or values do not fit the model, one of them if there are several; empty when all fit.
@@ -100,6 +112,8 @@ contains
     character(:), allocatable :: name
 
     name = self%compliance%mismatch(sizes)
+    ! steps of friction need all of W, and W is the same at all points
+    if (.not. (sizes%laws%is_plain() .or. (self%compliance%is_fixed() .and. self%compliance%n_systems() == 1))) name = 'laws'
   end function mismatch
 
   !> Prepares the compliance and the certificate (can_certify says whether there are bounds). There are no errors: message stays
@@ -110,10 +124,25 @@ contains
     type(condensed_certificate_t), allocatable :: certificate
 
     call self%compliance%prepare()
+    if (allocated(self%steps)) deallocate (self%steps)
+    if (.not. self%laws%is_plain()) call create_steps(self%compliance, self%laws, self%steps)
     allocate (certificate)
     call certificate%create(self%compliance)
     call move_alloc(certificate, self%certificate)
   end subroutine prepare
+
+  subroutine create_steps(compliance, laws, steps)
+    class(compliance_t), target, intent(in) :: compliance
+    type(contact_laws_t), intent(in) :: laws
+    type(friction_steps_t), allocatable, intent(out) :: steps
+    type(compliance_point_t), target :: point
+    real(rk), pointer, contiguous :: matrix(:, :)
+
+    call compliance%create_point(point)
+    matrix => compliance%matrix(point)
+    allocate (steps)
+    call steps%create(laws, compliance%anchors, compliance%scale, matrix)
+  end subroutine create_steps
 
   !> Makes the work arrays for one thread.
   subroutine create_room(self, room)
@@ -126,11 +155,24 @@ contains
     allocate (own)
     call self%compliance%create_point(own%point)
     allocate (own%opening(n), own%start(n))
+    if (allocated(self%steps)) call own%memory%begin(self%steps)
     call move_alloc(own, room)
   end subroutine create_room
 
-  !> Solves the complementarity problem of all contacts. Arguments: solve_at in sig_reduced; there is one solution, and no judge is
-  !> asked.
+  !> Begins a history: nothing has slipped yet.
+  subroutine forget(self, room)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+
+    if (.not. allocated(self%steps)) return
+    select type (room)
+    type is (condensed_room_t)
+      call room%memory%begin(self%steps)
+    end select
+  end subroutine forget
+
+  !> Solves the complementarity problem of all contacts; with friction, the next step of the history in the room. Arguments:
+  !> solve_at in sig_reduced; there is one solution, and no judge is asked.
   subroutine solve(self, theta, near, room, answer, judge)
     class(condensed_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -141,9 +183,47 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      call try_systems(self%compliance, theta, near, room, answer)
+      if (allocated(self%steps)) then
+        call solve_step(self%compliance, self%steps, theta, room, answer)
+      else
+        call try_systems(self%compliance, theta, near, room, answer)
+      end if
     end select
   end subroutine solve
+
+  !> Solves the next step of the history in the room. Without an answer the reason is that of solve_friction.
+  subroutine solve_step(compliance, steps, theta, room, answer)
+    class(compliance_t), target, intent(in) :: compliance
+    type(friction_steps_t), intent(in) :: steps
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(condensed_room_t), target, intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    real(rk), pointer, contiguous :: matrix(:, :)
+    logical :: is_valid
+
+    answer%reason = reason_no_material
+    call compliance%evaluate(theta, room%point, is_valid)
+    if (.not. is_valid) return
+    call steps%advance(room%point%opening, steps%laws%friction_at(theta), room%memory)
+    associate (solution => room%memory%solution, n => size(answer%multipliers))
+      answer%reason = solution%reason
+      answer%method = answer_condensed
+      answer%n_iterations = solution%n_steps
+      answer%residual = solution%residual
+      answer%n_solutions = merge(1, 0, solution%reason > 0)
+      if (answer%reason <= 0) return
+      answer%multipliers = solution%lambda(:n)
+      call steps%fill_unknowns(room%memory, answer%unknowns)
+    end associate
+    matrix => compliance%matrix(room%point)
+    room%opening = room%point%opening
+    call add_few_columns(matrix, answer%unknowns, room%opening)
+    call count_free(matrix, compliance, answer)
+    call answer%take_all_forces()
+    ! contacts are closed, and not their tangential forces
+    answer%is_active(steps%laws%n_contacts + 1:) = .false.
+    call compliance%solve_modes(room%point, answer)
+  end subroutine solve_step
 
   !> Tries the systems of the compliance one after the other, until one gives an answer.
   subroutine try_systems(compliance, theta, near, room, answer)
@@ -232,7 +312,8 @@ contains
 
     answer%n_free_motions = 0
     if (size(compliance%anchors) == 0) return
-    answer%n_free_motions = count_free_motions(anchor_work(matrix, compliance%anchors, compliance%scale), answer%multipliers)
+    answer%n_free_motions = count_free_motions(anchor_work(matrix, compliance%anchors, compliance%scale), &
+      abs(answer%multipliers))
   end subroutine count_free
 
   !> Copies the forces of all contacts from the answer, which has them already; `room` is not used.
@@ -386,7 +467,9 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      if (is_own) then
+      if (allocated(self%steps)) then
+        call self%certificate%certify_step(self%compliance, self%steps%laws, room%memory, room%point, room%opening, answer)
+      else if (is_own) then
         call self%certificate%certify_own(self%compliance, multipliers, room%point, room%opening, answer)
       else
         call self%certificate%certify_foreign(self%compliance, multipliers, room%point, room%opening, answer)
@@ -403,6 +486,10 @@ contains
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
 
+    if (allocated(self%steps)) then
+      message = with_friction
+      return
+    end if
     call differentiate_problem(self%compliance, answer, gradient, message)
     if (.not. allocated(message)) call self%compliance%complete_gradient(answer, gradient)
   end subroutine differentiate

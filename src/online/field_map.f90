@@ -31,6 +31,8 @@ module sig_field_map
     integer, allocatable :: facet_nodes(:)
     !> entry of the deck's contact section for each facet, 1-based
     integer, allocatable :: facet_entries(:)
+    !> rows of all contact forces: normal rows, then tangential ones; and the normal rows alone
+    type(contact_rows_t) :: force_rows
     type(contact_rows_t) :: rows
     !> terms of imposed strains and elastic constants
     type(term_set_t) :: terms
@@ -38,6 +40,7 @@ module sig_field_map
     integer, allocatable :: constant_terms(:)
   contains
     procedure :: is_there
+    procedure :: set_rows
     procedure :: n_cells
     procedure :: has_imposed_strains
     procedure :: laws
@@ -65,7 +68,7 @@ module sig_field_map
     !> results of nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
     integer, allocatable :: node_contact(:)
     integer, allocatable :: cell_contact(:)
-    !> [force] multiplier and [length] opening of each contact row, shape (n_multipliers)
+    !> [force] normal force and [length] opening of each contact, shape (n_contacts)
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
   contains
@@ -82,6 +85,18 @@ contains
 
     is_there = allocated(self%regions)
   end function is_there
+
+  !> Sets the rows of contact forces.
+  pure subroutine set_rows(self, force_rows, n_contacts)
+    class(field_map_t), intent(inout) :: self
+    !> normal rows of all contacts, then tangential rows
+    type(contact_rows_t), intent(in) :: force_rows
+    integer, intent(in) :: n_contacts
+    integer :: k
+
+    self%force_rows = force_rows
+    self%rows = force_rows%select([(k, k=1, n_contacts)])
+  end subroutine set_rows
 
   !> Returns the number of cells of the mesh. Requires: is_there.
   pure integer function n_cells(self)
@@ -124,7 +139,7 @@ contains
 
   !> Computes the contact fields from self%displacement and the multipliers: the opening of each row; the contact force, contact
   !> pressure, gap and status (nodal_contact) of each node; and the status of each cell (cell_contact). It also copies the
-  !> multipliers. Requires: take_displacement.
+  !> normal forces. Requires: take_displacement.
   pure subroutine take_contact(self, map, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -135,13 +150,13 @@ contains
     integer :: n_nodes
 
     n_nodes = size(self%displacement, 2)
-    self%multipliers = multipliers
+    self%multipliers = multipliers(:map%rows%n_rows)
     self%opening = matmul(map%rows%gap, theta) - map%rows%apply([self%displacement])
     ! The contact force on each node is the opposite of B' lambda: K u + B' lambda = F.
-    self%contact_force = -reshape(map%rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
-    self%contact_pressure = nodal_pressures(map%rows, multipliers, n_nodes)
+    self%contact_force = -reshape(map%force_rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
+    self%contact_pressure = nodal_pressures(map%rows, self%multipliers, n_nodes)
     self%gap = nodal_gaps(map%rows, self%opening, n_nodes)
-    self%node_contact = nodal_contact(map%rows, multipliers > 0, n_nodes)
+    self%node_contact = nodal_contact(map%rows, self%multipliers > 0, n_nodes)
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 

@@ -39,12 +39,12 @@ contains
     call file%write('/fields/surface/nodes', map%facet_nodes, description='nodes (1-based) of the contact facets')
     call file%write('/fields/surface/entries', map%facet_entries, description='entry (1-based) of the deck''s contact ' // &
       'section for each facet')
-    call file%write('/fields/rows/offsets', map%rows%offsets, description='contact row i (from 0) has the entries offsets(i) ' // &
-      '... offsets(i + 1) - 1 of dofs and coefficients')
-    call file%write('/fields/rows/splits', map%rows%splits, description='entries of contact row i below splits(i) belong to ' // &
-      'its first side')
-    call file%write('/fields/rows/dofs', map%rows%dofs, description='dofs (1-based) of the contact rows')
-    call file%write('/fields/rows/coefficients', map%rows%coefficients, '1')
+    call file%write('/fields/rows/offsets', map%force_rows%offsets, description='contact row i (from 0) has the entries ' // &
+      'offsets(i) ... offsets(i + 1) - 1 of dofs and coefficients')
+    call file%write('/fields/rows/splits', map%force_rows%splits, description='entries of contact row i below splits(i) ' // &
+      'belong to its first side')
+    call file%write('/fields/rows/dofs', map%force_rows%dofs, description='dofs (1-based) of the contact rows')
+    call file%write('/fields/rows/coefficients', map%force_rows%coefficients, '1')
     call write_strain_map(file, '/fields/cells', map%of_cells, length)
     call write_strain_map(file, '/fields/nodes', map%of_nodes, length)
     call write_terms(file, '/fields/terms', map%terms, length)
@@ -72,8 +72,8 @@ contains
   end subroutine write_strain_map
 
   !> Reads the group /fields; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not
-  !> in the group: the caller copies them from the model. Does nothing if `error` is allocated before. Errors: a dataset is missing,
-  !> or has another type or rank; the number of sources of the terms is not the one that the file says.
+  !> in the group: the caller copies them from the model, and makes `rows`. Does nothing if `error` is allocated before. Errors: a
+  !> dataset is missing, or has another type or rank; the number of sources of the terms is not the one that the file says.
   subroutine read_field_map(file, path, parameter_names, map, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages
@@ -94,12 +94,12 @@ contains
     call file%read('/fields/surface/starts', map%facet_starts, error)
     call file%read('/fields/surface/nodes', map%facet_nodes, error)
     call file%read('/fields/surface/entries', map%facet_entries, error)
-    call file%read('/fields/rows/offsets', map%rows%offsets, error)
-    call file%read('/fields/rows/splits', map%rows%splits, error)
-    call file%read('/fields/rows/dofs', map%rows%dofs, error)
-    call file%read('/fields/rows/coefficients', map%rows%coefficients, error)
-    map%rows%n_dim = map%mechanics%n_dim
-    map%rows%n_rows = size(map%rows%splits)
+    call file%read('/fields/rows/offsets', map%force_rows%offsets, error)
+    call file%read('/fields/rows/splits', map%force_rows%splits, error)
+    call file%read('/fields/rows/dofs', map%force_rows%dofs, error)
+    call file%read('/fields/rows/coefficients', map%force_rows%coefficients, error)
+    map%force_rows%n_dim = map%mechanics%n_dim
+    map%force_rows%n_rows = size(map%force_rows%splits)
     call read_strain_map(file, '/fields/cells', map%of_cells, error)
     call read_strain_map(file, '/fields/nodes', map%of_nodes, error)
     call read_terms(file, '/fields/terms', path, parameter_names, map%terms, error)
@@ -144,7 +144,7 @@ contains
       all(map%regions >= 0 .and. map%regions <= size(map%region_names))
     if (fits) fits = are_lists(map%facet_starts, size(map%facet_nodes)) .and. are_indices(map%facet_nodes, n_nodes) .and. &
       size(map%facet_entries) == size(map%facet_starts) - 1 .and. are_indices(map%facet_entries, n_entries)
-    if (fits) fits = are_elements(map%facet_starts, n_dim - 1) .and. rows_fit(map%rows, n_dim * n_nodes, n_multipliers)
+    if (fits) fits = are_elements(map%facet_starts, n_dim - 1) .and. rows_fit(map%force_rows, n_dim * n_nodes, n_multipliers)
   end function field_map_fits
 
   pure logical function strain_map_fits(map, n_rows, n_nodes, n_materials, n_terms) result(fits)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A trained model as data: everything that a query or a description needs. Nothing here depends on a mesh file or a deck.
 module sig_model
+  use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_field_map, only: field_map_t
   use sig_history, only: history_t
   use sig_idle_work, only: idle_work_t
@@ -16,14 +17,14 @@ module sig_model
   public :: model_t, contact_side_t, validation_statistics_t, complete_model, model_sizes
 
   !> version of the file layout; it increases when an older reader would misread the file (5: displacements of condensed parts
-  !> in the norm of the stiffness)
-  integer, parameter, public :: model_format_version = 6
+  !> in the norm of the stiffness; 7: friction)
+  integer, parameter, public :: model_format_version = 7
   !> oldest layout that can be read
   integer, parameter, public :: oldest_model_format = 6
 
   !> Nodes of one side of all contacts; the nodes of contact k are starts(k) + 1 ... starts(k + 1).
   type :: contact_side_t
-    !> shape (n_multipliers + 1)
+    !> shape (n_contacts + 1)
     integer, allocatable :: starts(:)
     !> tags of the mesh file; on the first side the node that carries the contact's force comes first
     integer, allocatable :: tags(:)
@@ -76,7 +77,10 @@ module sig_model
     integer :: n_nodes = 0
     integer :: n_dofs = 0
     integer :: n_dim = 0
+    !> number of all contact forces: normal ones, one per contact, then tangential ones
     integer :: n_multipliers = 0
+    !> friction, and ties
+    type(contact_laws_t) :: laws
     !> node tags of the mesh file, shape (n_nodes), or none
     integer, allocatable :: node_tags(:)
     !> [length] shape (n_dim, n_nodes), or none
@@ -86,7 +90,7 @@ module sig_model
     type(contact_side_t) :: first_side
     !> nodes of the other side; a contact with a rigid obstacle has none
     type(contact_side_t) :: second_side
-    !> [length**2, length in the plane] pressure = multiplier / area, shape (n_multipliers)
+    !> [length**2, length in the plane] pressure = normal force / area, 0 in rows of tangential forces; shape (n_multipliers)
     real(rk), allocatable :: areas(:)
     !> sums of the contact forces over each entry of the deck's contact section
     type(resultant_map_t) :: resultants
@@ -143,8 +147,9 @@ contains
     if (model%terms%n_terms() == 0) call start_terms(model%parameter_names, [string_t ::], .false., model%terms)
     call fill_missing(model%node_tags)
     call fill_missing(model%coordinates, model%n_dim)
-    call complete_side(model%first_side, model%n_dim, model%n_multipliers)
-    call complete_side(model%second_side, model%n_dim, model%n_multipliers)
+    if (.not. allocated(model%laws%tangents)) model%laws = laws_without_friction(model%n_multipliers)
+    call complete_side(model%first_side, model%n_dim, model%laws%n_contacts)
+    call complete_side(model%second_side, model%n_dim, model%laws%n_contacts)
     call fill_missing(model%areas)
     call model%resultants%complete(model%n_dim)
     call fill_missing(model%gap, model%n_multipliers)
@@ -164,12 +169,12 @@ contains
     end do
   end subroutine complete_model
 
-  pure subroutine complete_side(side, n_dim, n_multipliers)
+  pure subroutine complete_side(side, n_dim, n_contacts)
     type(contact_side_t), intent(inout) :: side
     integer, intent(in) :: n_dim
-    integer, intent(in) :: n_multipliers
+    integer, intent(in) :: n_contacts
 
-    if (.not. allocated(side%starts)) allocate (side%starts(n_multipliers + 1), source=0)
+    if (.not. allocated(side%starts)) allocate (side%starts(n_contacts + 1), source=0)
     call fill_missing(side%tags)
     call fill_missing(side%weights)
     call fill_missing(side%coordinates, n_dim)
@@ -181,7 +186,7 @@ contains
     type(model_t), intent(in) :: model
     type(model_sizes_t) :: sizes
 
-    sizes = model_sizes_t(n_dofs=model%n_dofs, n_multipliers=model%n_multipliers, n_terms=model%terms%n_terms(), &
+    sizes = model_sizes_t(n_dofs=model%n_dofs, n_multipliers=model%n_multipliers, n_terms=model%terms%n_terms(), laws=model%laws, &
       n_points=size(model%training_points, 2))
   end function model_sizes
 

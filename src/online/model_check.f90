@@ -2,6 +2,7 @@
 !> Checks that the parts of a model fit together, so that queries and descriptions cannot fail on them.
 module sig_model_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_contact_laws_file, only: laws_fit
   use sig_expression, only: is_identifier
   use sig_field_map_file, only: field_map_fits
   use sig_history_file, only: history_fits
@@ -91,26 +92,27 @@ contains
       if (.not. is_matrix(idle%limits, model%terms%n_terms(), size(idle%work, 2))) name = 'idle_motions/limits'
     end associate
     if (size(model%areas) /= model%n_multipliers .or. .not. all(ieee_is_finite(model%areas))) name = 'contact/areas'
+    if (.not. laws_fit(model%laws, model%n_multipliers, model%terms%n_terms())) name = 'contact/laws'
     if (.not. model%resultants%fits(model%n_dim, model%n_multipliers)) name = 'contact/entries'
-    if (.not. is_side(model%first_side, 1, model%n_multipliers, model%n_dim)) name = 'contact/first'
-    if (.not. is_side(model%second_side, 0, model%n_multipliers, model%n_dim)) name = 'contact/second'
+    if (.not. is_side(model%first_side, 1, model%laws%n_contacts, model%n_dim)) name = 'contact/first'
+    if (.not. is_side(model%second_side, 0, model%laws%n_contacts, model%n_dim)) name = 'contact/second'
   end function find_contact_mismatch
 
   !> Whether each contact has a list of at least n_least nodes, the lists follow one another, and all nodes have finite weights and
   !> coordinates. The tags may have any values.
-  pure logical function is_side(side, n_least, n_multipliers, n_dim)
+  pure logical function is_side(side, n_least, n_contacts, n_dim)
     type(contact_side_t), intent(in) :: side
     !> least number of nodes of each contact
     integer, intent(in) :: n_least
-    integer, intent(in) :: n_multipliers
+    integer, intent(in) :: n_contacts
     integer, intent(in) :: n_dim
 
     is_side = .false.
     associate (starts => side%starts)
       ! a sum of arbitrary numbers could overflow
-      if (size(starts) - 1 /= n_multipliers) return
+      if (size(starts) - 1 /= n_contacts) return
       if (any(starts < 0 .or. starts > size(side%tags)) .or. starts(1) /= 0 .or. starts(size(starts)) /= size(side%tags)) return
-      is_side = all(starts(2:) - starts(:n_multipliers) >= n_least) .and. size(side%weights) == size(side%tags) .and. &
+      is_side = all(starts(2:) - starts(:n_contacts) >= n_least) .and. size(side%weights) == size(side%tags) .and. &
         all(ieee_is_finite(side%weights)) .and. is_matrix(side%coordinates, n_dim, size(side%tags))
     end associate
   end function is_side

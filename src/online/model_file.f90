@@ -1,6 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Writes and reads model.h5. Reading refuses a file that is not a model, has another format, or was changed.
 module sig_model_file
+  use sig_contact_rows, only: contact_rows_t
+  use sig_contact_laws_file, only: read_laws, write_laws
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_map_file, only: read_field_map, write_field_map
   use sig_hdf5_format, only: open_sealed, write_format
@@ -96,6 +98,7 @@ contains
     call file%write('/contact/areas', model%areas, length, &
       'area of each contact row, in the square of this unit, in plane models in this unit; pressure = contact force / area')
     call model%resultants%write(file, length)
+    call write_laws(file, '/contact/laws', model%laws)
     call file%write('/contact/gap', model%gap, length, 'initial gaps, a term per row')
     if (size(model%idle_work%work) > 0) then
       call file%write('/idle_motions/work', model%idle_work%work, description='work of the loads on motions that nothing ' // &
@@ -211,6 +214,7 @@ contains
     call read_side(file, '/contact/second', model%second_side, error)
     call file%read('/contact/areas', model%areas, error)
     call model%resultants%read(file, model%n_dim, error)
+    call read_laws(file, '/contact/laws', model%n_multipliers, model%laws, error)
     call file%read('/contact/gap', model%gap, error)
     if (file%has('/idle_motions')) then
       call file%read('/idle_motions/work', model%idle_work%work, error)
@@ -230,12 +234,18 @@ contains
     character(*), intent(in) :: path
     type(model_t), intent(inout) :: model
     type(error_t), allocatable, intent(inout) :: error
+    type(contact_rows_t) :: rows
 
     call read_field_map(file, path, model%parameter_names, model%fields, error)
     if (allocated(error) .or. .not. model%fields%is_there()) return
-    model%fields%rows%gap = model%gap
-    model%fields%rows%areas = model%areas
-    model%fields%rows%contact_entry = model%resultants%entries
+    rows = model%fields%force_rows
+    rows%gap = model%gap
+    rows%areas = model%areas
+    rows%contact_entry = model%resultants%entries
+    ! a file whose arrays do not fit is refused later
+    associate (sizes => [model%laws%n_contacts, rows%n_rows, size(rows%areas), size(rows%contact_entry), size(rows%gap, 1)])
+      call model%fields%set_rows(rows, merge(model%laws%n_contacts, 0, all(sizes >= model%laws%n_contacts)))
+    end associate
   end subroutine read_fields
 
   subroutine read_side(file, group, side, error)

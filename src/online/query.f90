@@ -7,7 +7,8 @@ module sig_query
   use sig_history, only: table_values_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
-  use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound
+  use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound, &
+    reason_needs_history
   use sig_reduced, only: neighbors_t
   use sig_rooms, only: rooms_t
   use sig_term_derivatives, only: differentiate_terms, term_failure_t
@@ -26,12 +27,15 @@ module sig_query
     type(table_values_t) :: tables
     real(rk), allocatable :: parameters(:)
     real(rk) :: time = 0
+    !> why the last time of a history that remembers has no answer; 0 if it has one
+    integer :: failure = 0
     !> the last answer is that of advance with the model's own tables
     logical :: follows_tables = .false.
     type(rooms_t) :: rooms
   contains
     procedure :: create
     procedure :: evaluate
+    procedure :: continue
     procedure :: start
     procedure :: advance
     procedure :: differentiate
@@ -66,8 +70,63 @@ contains
   !> max_error is 0. The bound of an answer of the fallback is not compared with max_error. answer%reason > 0 says that there is an
   !> answer. Otherwise it says why there is none; among others reason_bad_point: the number of values is wrong; reason_bad_term: a
   !> term has no finite value; reason_driven: loads drive a body in a motion that nothing holds; reason_large_bound: the bound is
-  !> too large and there is no fallback.
+  !> too large and there is no fallback; reason_needs_history: the model has a history and remembers, so that a state alone says
+  !> too little. A model with friction that has no history starts from the state before anything has happened.
   subroutine evaluate(self, online, point, answer, cluster)
+    class(query_t), intent(inout) :: self
+    !> the model that create was called with
+    type(online_model_t), intent(in) :: online
+    !> [unit of each parameter] values of the parameters in the model's order
+    real(rk), intent(in) :: point(:)
+    !> out: everything; its arrays are used again if their sizes fit
+    type(answer_t), intent(inout) :: answer
+    !> number of the cluster that is asked first, 1-based; default: the model's choice at the point
+    integer, intent(in), optional :: cluster
+
+    self%failure = 0
+    if (online%model%laws%remembers()) then
+      call self%rooms%forget(online%model)
+      if (online%model%history%is_there()) self%failure = reason_needs_history
+    end if
+    call answer_state(self, online, point, answer, cluster)
+  end subroutine evaluate
+
+  !> Answers the next state of a list in which the states of each history follow each other: a state whose parameters differ from
+  !> those before it, or whose time is not later, begins a history. Where nothing remembers, this is evaluate.
+  subroutine continue(self, online, point, answer)
+    class(query_t), intent(inout) :: self
+    type(online_model_t), intent(in) :: online
+    !> [unit of each parameter] parameters, time, tables
+    real(rk), intent(in) :: point(:)
+    type(answer_t), intent(inout) :: answer
+
+    associate (model => online%model)
+      if (.not. (model%laws%remembers() .and. model%history%is_there() .and. size(point) == size(model%parameter_names))) then
+        call self%evaluate(online, point, answer)
+        return
+      end if
+      if (.not. goes_on(self, point(:model%n_given()), point(model%i_time()))) then
+        self%parameters = point(:model%n_given())
+        self%failure = 0
+        call self%rooms%forget(model)
+      end if
+      self%time = point(model%i_time())
+    end associate
+    call answer_state(self, online, point, answer)
+  end subroutine continue
+
+  pure logical function goes_on(self, parameters, time)
+    class(query_t), intent(in) :: self
+    real(rk), intent(in) :: parameters(:)
+    real(rk), intent(in) :: time
+
+    goes_on = allocated(self%parameters)
+    if (goes_on) goes_on = size(self%parameters) == size(parameters) .and. time > self%time
+    if (goes_on) goes_on = .not. any(abs(self%parameters - parameters) > 0)
+  end function goes_on
+
+  !> Answers a state. Where contacts remember, it is the next one of its history; after a state without an answer there are none.
+  subroutine answer_state(self, online, point, answer, cluster)
     class(query_t), intent(inout) :: self
     !> the model that create was called with
     type(online_model_t), intent(in) :: online
@@ -100,8 +159,10 @@ contains
     if (is_valid) then
       if (.not. online%model%idle_work%is_zero(answer%theta)) answer%reason = reason_driven
     end if
+    if (self%failure /= 0) answer%reason = self%failure
     if (answer%reason > 0) call answer_at(self, online, near, answer)
-  end subroutine evaluate
+    if (answer%reason <= 0 .and. online%model%laws%remembers()) self%failure = answer%reason
+  end subroutine answer_state
 
   !> Begins a history at the time 0, where nothing has happened yet. Errors: message is allocated if the model has no history, the
   !> number of values is wrong, or a table is not valid at the point.
@@ -128,6 +189,8 @@ contains
     if (allocated(message)) return
     self%parameters = parameters
     self%time = 0
+    self%failure = 0
+    call self%rooms%forget(online%model)
   end subroutine start
 
   !> Answers the next time of a history, which need not be a time of the deck's steps. Where nothing remembers, the answer is that
@@ -160,7 +223,7 @@ contains
     state = [self%parameters, self%tables%at(time)]
     if (present(tables)) state(size(self%parameters) + 2:) = tables
     self%time = time
-    call self%evaluate(online, state, answer)
+    call answer_state(self, online, state, answer)
     self%follows_tables = .not. present(tables)
   end subroutine advance
 

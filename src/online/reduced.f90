@@ -4,6 +4,7 @@
 module sig_reduced
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t, no_bound
+  use sig_contact_laws, only: contact_laws_t
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -24,6 +25,8 @@ module sig_reduced
     integer :: n_terms = 0
     !> number of training points
     integer :: n_points = 0
+    !> friction and ties of the contacts; without arrays: none
+    type(contact_laws_t) :: laws
   end type model_sizes_t
 
   !> The training points near a point, 1-based; 0 = none.
@@ -66,6 +69,7 @@ module sig_reduced
     procedure :: displacement_source => by_modes
     procedure :: has_whole_field => whole
     procedure :: displace_under => nothing_to_do
+    procedure :: forget => nothing_to_forget
     procedure :: energy => energy_unknown
     procedure :: correct_forces => nothing_to_correct
     procedure :: can_certify => no
@@ -310,6 +314,13 @@ contains
 
     energy = 0
   end function energy_unknown
+
+  !> Begins a history: the next answer does not depend on those before. This default remembers nothing.
+  subroutine nothing_to_forget(self, room)
+    class(reduced_t), intent(in) :: self
+    !> room of this part
+    class(room_t), intent(inout) :: room
+  end subroutine nothing_to_forget
 
   !> Improves contact forces that another part found, if this part can see that some are wrong. This default does nothing.
   subroutine nothing_to_correct(self, theta, room, multipliers)

@@ -33,6 +33,7 @@ module sig_resultant_map
   contains
     procedure :: n_entries
     procedure :: n_moments
+    procedure :: areas_that_touch
     procedure :: evaluate
     procedure :: imbalances
     procedure :: complete
@@ -57,6 +58,26 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
+  !> Returns for each entry of the deck's contact section the area [length**2, length in the plane] of its contacts with a force,
+  !> shape (n_entries). If a force is not a number, the area of its entry is none either.
+  pure function areas_that_touch(self, row_areas, forces) result(areas)
+    class(resultant_map_t), intent(in) :: self
+    !> [length**2, length in the plane] area of each row, 0 in rows of tangential forces; shape (n_multipliers)
+    real(rk), intent(in) :: row_areas(:)
+    !> [force] of all rows, or of the first ones; at least of all contacts
+    real(rk), intent(in) :: forces(:)
+    real(rk) :: areas(size(self%names))
+    integer :: k
+
+    areas = 0
+    do k = 1, size(forces)
+      associate (area => areas(self%entries(k)))
+        if (forces(k) > 0) area = area + row_areas(k)
+        if (ieee_is_nan(forces(k))) area = ieee_value(1.0_rk, ieee_quiet_nan)
+      end associate
+    end do
+  end function areas_that_touch
+
   !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those with a force, and the
   !> resultant force, and moment about the origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is
   !> not a number, the results of its entry are not numbers either. It allocates nothing.
@@ -74,13 +95,11 @@ contains
     real(rk), intent(out) :: moments(:, :)
     integer :: i, k
 
-    areas = 0
+    areas = self%areas_that_touch(row_areas, multipliers)
     forces = 0
     moments = 0
     do k = 1, size(self%entries)
       i = self%entries(k)
-      if (multipliers(k) > 0) areas(i) = areas(i) + row_areas(k)
-      if (ieee_is_nan(multipliers(k))) areas(i) = ieee_value(1.0_rk, ieee_quiet_nan)
       forces(:, i) = forces(:, i) + multipliers(k) * self%unit_forces(:, k)
       moments(:, i) = moments(:, i) + multipliers(k) * self%unit_moments(:, k)
     end do

@@ -16,6 +16,7 @@ module sig_rooms
     type(room_box_t), allocatable :: of_part(:)
   contains
     procedure :: enter
+    procedure :: forget
   end type rooms_t
 
 contains
@@ -31,4 +32,15 @@ contains
     if (.not. allocated(self%of_part)) allocate (self%of_part(size(model%parts)))
     if (.not. allocated(self%of_part(i)%room)) call model%parts(i)%reduced%create_room(self%of_part(i)%room)
   end subroutine enter
+
+  !> Begins a history in all parts that remember (forget of sig_reduced).
+  subroutine forget(self, model)
+    class(rooms_t), intent(inout) :: self
+    type(model_t), intent(in) :: model
+    integer :: i
+
+    do i = 1, size(model%parts)
+      call model%parts(i)%reduced%forget(self%of_part(i)%room)
+    end do
+  end subroutine forget
 end module sig_rooms

@@ -19,6 +19,8 @@ module sig_condensed
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_free_response, only: factor_without_contact, solve_free_response, solve_lifting
+  use sig_friction_histories, only: solve_history
+  use sig_friction_steps, only: friction_steps_t
   use sig_holding, only: anchors_t, find_anchors
   use sig_kinds, only: rk
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
@@ -26,7 +28,7 @@ module sig_condensed
   use sig_linear_algebra, only: add_product, transposed_product
   use sig_linear_solver, only: linear_solver_t
   use sig_memory, only: machine_memory
-  use sig_petsc_support, only: max_over_ranks, multiply_block, rank_and_size, sum_over_ranks
+  use sig_petsc_support, only: max_over_ranks, multiply_block, precondition_failed, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use sig_rounding, only: rounding
@@ -303,7 +305,8 @@ contains
     state = states(1)
   end subroutine solve
 
-  !> Returns the number of points that are solved together: about half a second of work, from 4 to 64. Ranks share the dense
+  !> Returns the number of points that are solved together: about half a second of work, from 4 to 64, and whole histories where
+  !> contacts remember. Ranks share the dense
   !> problems, and several displacements take hardly longer than one.
   pure integer function n_points_at_once(self, system) result(n_points)
     class(condensed_t), intent(in) :: self
@@ -314,6 +317,7 @@ contains
       work = 2 * system%map%n_dofs * (n_rows + system%boundary%n_driving_terms) + n_rows**3
     end associate
     n_points = nint(max(real(fewest_points_at_once, rk), min(real(most_points_at_once, rk), work_at_once / work)))
+    n_points = max(1, n_points / system%n_times) * system%n_times
   end function n_points_at_once
 
   !> Solves the dense complementarity problem of each point, then computes all displacements together. A point for which no
@@ -360,15 +364,47 @@ contains
     integer :: i, n_ranks, rank
 
     PetscCall(rank_and_size(system%comm, rank, n_ranks, ierr))
-    associate (own => [(i, i=rank + 1, size(states), n_ranks)])
-      unknowns = 0
-      call solve_in_turn(self, theta, own, states, unknowns)
-    end associate
+    unknowns = 0
+    if (system%laws%is_plain()) then
+      associate (own => [(i, i=rank + 1, size(states), n_ranks)])
+        call solve_in_turn(self, theta, own, states, unknowns)
+      end associate
+    else
+      SIG_CHECK(modulo(size(states), system%n_times) == 0, PETSC_ERR_ARG_SIZ, 'a history that is not whole')
+      call solve_histories(self, system, theta, rank, n_ranks, states, unknowns)
+    end if
     PetscCall(sum_over_ranks(system%comm, unknowns, ierr))
     do i = 1, size(states)
-      PetscCall(broadcast_state(states(i), modulo(i - 1, n_ranks), system%comm, ierr))
+      PetscCall(broadcast_state(states(i), modulo((i - 1) / system%n_times, n_ranks), system%comm, ierr))
     end do
   end subroutine solve_multipliers
+
+  !> Solves the histories that belong to this rank. Local.
+  subroutine solve_histories(self, system, theta, rank, n_ranks, states, unknowns)
+    type(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> shape (n_terms, n_points); the states of a history follow each other
+    real(rk), intent(in) :: theta(:, :)
+    integer, intent(in) :: rank
+    integer, intent(in) :: n_ranks
+    type(contact_state_t), intent(inout) :: states(:)
+    !> shape (n_rows, n_points)
+    real(rk), intent(inout) :: unknowns(:, :)
+    type(friction_steps_t) :: steps
+    real(rk) :: openings(size(unknowns, 1), size(states))
+    integer :: first, last
+
+    if (rank * system%n_times >= size(states)) return
+    call steps%create(system%laws, self%anchors%rows, self%scale, self%compliance)
+    openings = 0
+    call add_product(1.0_rk, self%free_opening, theta, openings)
+    call balance_anchors(self, theta, openings)
+    do first = 1 + rank * system%n_times, size(states), n_ranks * system%n_times
+      last = first + system%n_times - 1
+      call solve_history(steps, self%anchors, openings(:, first:last), theta(:, first:last), states(first:last), &
+        unknowns(:, first:last))
+    end do
+  end subroutine solve_histories
 
   !> Solves the dense problem of some points. Each one starts from the active set of the last point that was solved. Before there is
   !> one, the start is the pairs that overlap at this point without contact forces, or, if there are anchors, all pairs. Local.

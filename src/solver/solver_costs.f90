@@ -45,6 +45,8 @@ module sig_solver_costs
     logical :: is_quadratic = .false.
     !> whether a body is held by contact alone
     logical :: is_floating = .false.
+    !> whether contacts only open and close: no friction, none tied
+    logical :: has_plain_contact = .true.
     !> whether PETSc's SNESVI works with multigrid
     logical :: has_multigrid_vi = .false.
   end type problem_size_t

@@ -52,6 +52,10 @@ contains
     factored = factorization_cost(sizes)
     plan%may_factor = config%linear /= 'gamg' .and. factored%bytes <= sizes%memory
     plan%why = 'as the deck says'
+    if (.not. sizes%has_plain_contact) then
+      call take_condensed(config, sizes, plan, message)
+      return
+    end if
     if (plan%linear == 'auto' .and. (plan%type == 'condensed' .or. plan%type == 'snesvi')) plan%linear = 'cholesky'
     if (plan%type == 'auto' .or. plan%linear == 'auto') call take_fastest(candidates_of(config, sizes), sizes, plan)
     if (config%type == 'condensed' .and. dense_bytes(sizes) > sizes%memory) then
@@ -65,6 +69,28 @@ contains
       message = 'snesvi needs PETSc 3.19 or later for gamg; solver.linear must be cholesky, or solver.type active_set'
     end if
   end subroutine make_solver_plan
+
+  !> Takes the condensed solver, the only one for friction and ties. message: the deck asks for another one, or its matrix has no
+  !> room in the memory.
+  pure subroutine take_condensed(config, sizes, plan, message)
+    type(solver_config_t), intent(in) :: config
+    type(problem_size_t), intent(in) :: sizes
+    type(solver_plan_t), intent(inout) :: plan
+    character(:), allocatable, intent(out) :: message
+
+    plan%type = 'condensed'
+    plan%linear = 'cholesky'
+    if (config%type == 'auto') plan%why = 'the one that solves friction and tied contacts'
+    if (all(config%type /= [character(9) :: 'auto', 'condensed'])) then
+      message = config%type // ' solves neither friction nor tied contacts; solver.type must be condensed or auto'
+    else if (config%linear == 'gamg') then
+      message = 'friction and tied contacts need the condensed solver, which factors the stiffness; solver.linear must be ' // &
+        'cholesky or auto'
+    else if (dense_bytes(sizes) > sizes%memory) then
+      message = 'friction and tied contacts need the condensed solver, whose matrix takes ' // memory_text(dense_bytes(sizes)) // &
+        ' for ' // to_text(sizes%n_multipliers) // ' forces, and there is room for ' // memory_text(sizes%memory)
+    end if
+  end subroutine take_condensed
 
   !> Lists the solvers, with their costs for all points that share a stiffness. Where a model needs the response to each multiplier
   !> in any case, its training has these costs, too.

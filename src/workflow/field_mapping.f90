@@ -28,7 +28,7 @@ contains
     map%area_unit = area_unit(problem%deck)
     map%region_names = region_names(problem%mesh)
     map%regions = regions_of_cells(problem%mesh)
-    map%rows = problem%rows
+    call map%set_rows(problem%force_rows, problem%laws%n_contacts)
     call create_strain_maps(problem%mesh, problem%body, problem%strains, map%of_cells, map%of_nodes)
     map%terms = problem%strains%terms
     call add_material_terms(problem%deck, map%terms, map%constant_terms)

@@ -90,8 +90,9 @@ contains
     solved%output_seconds = wall_time() - start
   end subroutine write_fields
 
-  !> Solves the points, one per group of ranks at a time, and gives each state to all ranks. After a signal (solved%is_stopped) or
-  !> an error the later states are not set. Collective on all ranks. Errors: the solver does not use one of its PETSc options.
+  !> Solves the points, one per group of ranks at a time (where states remember, one history), and gives each state to all ranks.
+  !> After a signal (solved%is_stopped) or an error the later states are not set. Collective on all ranks. Errors: the solver does
+  !> not use one of its PETSc options.
   subroutine solve_points(problem, team, points, solved, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -100,18 +101,24 @@ contains
     type(solved_points_t), intent(inout) :: solved
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    integer :: first, i, last
+    integer :: first, i, last, n_histories, n_times, t
 
     ierr = 0
+    n_times = team%solver%n_times()
+    n_histories = size(points, 2) / n_times
     allocate (solved%states(size(points, 2)))
-    do first = 1, size(points, 2), team%groups%n_groups
-      last = min(first + team%groups%n_groups - 1, size(points, 2))
+    do first = 1, n_histories, team%groups%n_groups
+      last = min(first + team%groups%n_groups - 1, n_histories)
       do i = first, last
         if (.not. team%groups%has_point(i)) cycle
-        PetscCall(team%solver%solve(problem, points(:, i), solved%states(i), ierr))
+        associate (from => n_times * (i - 1) + 1, to => n_times * i)
+          PetscCall(team%solver%solve_history(problem, points(:, from:to), solved%states(from:to), ierr))
+        end associate
       end do
       do i = first, last
-        PetscCall(broadcast_state(solved%states(i), team%groups%leader_of(i), PETSC_COMM_WORLD, ierr))
+        do t = n_times * (i - 1) + 1, n_times * i
+          PetscCall(broadcast_state(solved%states(t), team%groups%leader_of(i), PETSC_COMM_WORLD, ierr))
+        end do
       end do
       PetscCall(agree_to_stop(PETSC_COMM_WORLD, solved%is_stopped, ierr))
       if (first == 1) then
@@ -239,9 +246,9 @@ contains
     type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
     real(rk) :: multipliers(online%model%n_multipliers), sources(online%model%n_nodes)
-    integer :: has_cell(problem%mesh%n_cells), has_row(problem%rows%n_rows)
+    integer :: has_cell(problem%mesh%n_cells), has_row(problem%force_rows%n_rows)
 
-    call query%evaluate(online, point, answer)
+    call query%continue(online, point, answer)
     call reconstruct_displacement(online%model, answer, displacement)
     call reconstruct_multipliers(online, answer, rooms, multipliers)
     sources = displacement_sources(online%model, answer)
@@ -257,14 +264,16 @@ contains
     has_cell(online%model%parts(answer%cluster)%reduced%cells()) = 1
     has_row(online%model%parts(answer%cluster)%reduced%contact_rows()) = 1
     call writer%file%add_cell_field('reduced_domain', has_cell, '-', 'cell of the reduced integration domain of the chosen cluster')
-    call writer%file%add_array('rows_in_reduced_domain', has_row, '-', &
-      'contact row of the reduced integration domain of the chosen cluster')
-    call write_displacement(problem, displacement, writer)
-    call writer%file%add_node_field('displacement_reduced_source', sources, '-', &
+    associate (n => problem%rows%n_rows)
+      call writer%file%add_array('rows_in_reduced_domain', has_row(:n), '-', &
+        'contact row of the reduced integration domain of the chosen cluster')
+      call write_displacement(problem, displacement, writer)
+      call writer%file%add_node_field('displacement_reduced_source', sources, '-', &
       'where it comes from: 0 there is none, 1 modes, 2 exact')
-    call writer%file%add_array('multipliers_reduced', multipliers, force_unit(problem%deck), &
-      'contact force of each row, reduced model; outside the reduced domain reconstructed')
-    call writer%surfaces%write_reduced(multipliers)
+      call writer%file%add_array('multipliers_reduced', multipliers(:n), force_unit(problem%deck), &
+        'contact force of each row, reduced model; outside the reduced domain reconstructed')
+      call writer%surfaces%write_reduced(multipliers(:n))
+    end associate
   end subroutine write_reduced
 
   !> Writes the displacement of the reduced model. It is a field that viewers show if all nodes have a displacement;

@@ -53,7 +53,7 @@ contains
     if (allocated(error)) return
     call write_side(model%fields%rows, .false., 'contact/first', self%file)
     call write_side(model%fields%rows, .true., 'contact/second', self%file)
-    call self%file%add_shared_array('contact/areas', model%areas, model%fields%area_unit, &
+    call self%file%add_shared_array('contact/areas', model%areas(:model%laws%n_contacts), model%fields%area_unit, &
       'area of each contact row: pressure = multiplier / area')
     call self%file%add_shared_array('mesh/region_names', model%fields%region_names, '-', 'of 1, 2, ... in the field region')
   end subroutine create
@@ -156,11 +156,10 @@ contains
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
     type(field_values_t), intent(in) :: values
-    real(rk) :: areas(model%resultants%n_entries()), forces(model%n_dim, size(areas)), moments(model%resultants%n_moments(), &
-      size(areas))
+    real(rk) :: areas(model%resultants%n_entries())
     integer :: i
 
-    call model%resultants%evaluate(model%areas, values%multipliers, areas, forces, moments)
+    areas = model%resultants%areas_that_touch(model%areas, values%multipliers)
     do i = 1, size(areas)
       call self%file%add_number('contact_' // to_text(i) // '_area', areas(i), model%fields%area_unit, &
         'area that touches: of the rows with a force; ' // model%resultants%names(i)%text)

@@ -11,17 +11,24 @@ module sig_force_columns
 contains
 
   !> Returns the names of the columns, with commas between them: n_active, contact_force (the sum over all rows), those of
-  !> contact_columns, and lambda_<number>, the contact force of each row. The number is that of the row's owner (its first node) in
-  !> the mesh file.
+  !> contact_columns, and lambda_<number>, the normal force of each contact; with friction also tau_<number> in the plane, or
+  !> tau_<number>_1 and tau_<number>_2 in space, the tangential forces on the second side. The number is that of the contact's owner
+  !> (its first node) in the mesh file.
   function force_columns(model) result(text)
     !> its header is used, not its parts
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
-    integer :: i
+    integer :: i, k
 
     text = 'n_active,contact_force' // contact_columns(model)
-    do i = 1, model%n_multipliers
-      text = text // ',lambda_' // to_text(model%first_side%owner_tag(i))
+    do k = 1, model%laws%n_contacts
+      text = text // ',lambda_' // to_text(model%first_side%owner_tag(k))
+    end do
+    do k = 1, model%laws%n_contacts
+      do i = 1, model%laws%n_tangents(k)
+        text = text // ',tau_' // to_text(model%first_side%owner_tag(k))
+        if (model%n_dim == 3) text = text // '_' // to_text(model%laws%directions(i, k))
+      end do
     end do
   end function force_columns
 
@@ -35,7 +42,9 @@ contains
     integer :: k
 
     if (has_answer) then
-      text = to_text(count(multipliers > 0)) // ',' // to_text(sum(multipliers)) // contact_values(model, multipliers, .true.)
+      associate (normal => multipliers(:model%laws%n_contacts))
+        text = to_text(count(normal > 0)) // ',' // to_text(sum(normal)) // contact_values(model, multipliers, .true.)
+      end associate
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))
       end do

@@ -252,8 +252,9 @@ contains
       call report%add(key // 'iterations', states(i)%n_iterations)
       call report%add(key // 'linear_iterations', states(i)%n_linear_iterations)
       if (states(i)%reason == reason_converged) then
-        call report%add(key // 'n_active', count(states(i)%multipliers > 0))
-        call report%add(key // 'contact_force', sum(states(i)%multipliers))
+        call report%add(key // 'n_active', count(states(i)%normal_forces() > 0))
+        call report%add(key // 'contact_force', sum(states(i)%normal_forces()))
+        call report_friction(key, states(i), report)
       end if
       call report%add(key // 'seconds', states(i)%seconds)
       call report%add(key // 'residuals/equilibrium', states(i)%residuals%equilibrium)
@@ -263,6 +264,23 @@ contains
       call report%add(key // 'residuals/force_balance', states(i)%residuals%force_balance)
     end do
   end subroutine report_states
+
+  !> Adds how many contacts stick and slip, the work of friction since the last time, and how many solutions were found; nothing
+  !> without friction.
+  subroutine report_friction(key, state, report)
+    !> of the point, with a slash at its end
+    character(*), intent(in) :: key
+    type(contact_state_t), intent(in) :: state
+    type(run_report_t), intent(inout) :: report
+
+    if (.not. allocated(state%slips)) return
+    associate (is_closed => state%is_active(:size(state%slips)))
+      call report%add(key // 'friction/n_sticking', count(is_closed .and. .not. state%slips))
+      call report%add(key // 'friction/n_slipping', count(state%slips))
+      call report%add(key // 'friction/work', dot_product(state%multipliers, state%slip))
+      call report%add(key // 'friction/n_solutions', state%n_solutions)
+    end associate
+  end subroutine report_friction
 
   !> Adds the reaction forces at one point, only prescribed components, below points/<i_point>/reactions/1, 2, ... with the name of
   !> each boundary inside: a name may contain characters that a key may not.

@@ -28,9 +28,9 @@ contains
     do i = 1, size(problem%deck%contact)
       call append_text(map%names, contact_name(problem%deck, i))
     end do
-    map%entries = problem%rows%contact_entry
-    call problem%rows%unit_resultants(problem%mesh%coordinates, map%unit_forces, map%unit_moments)
-    map%unit_imbalances = problem%rows%unit_imbalances(problem%mesh%coordinates)
+    map%entries = problem%force_rows%contact_entry
+    call problem%force_rows%unit_resultants(problem%mesh%coordinates, map%unit_forces, map%unit_moments)
+    map%unit_imbalances = problem%force_rows%unit_imbalances(problem%mesh%coordinates)
     call return_to_first(problem%is_swapped, map)
     call map%complete(problem%mesh%n_dim)
   end subroutine create_resultant_map
@@ -57,7 +57,7 @@ contains
     type(contact_state_t), intent(in) :: states(:)
     type(run_report_t), intent(inout) :: report
     type(resultant_map_t) :: map
-    real(rk) :: multipliers(problem%rows%n_rows)
+    real(rk) :: multipliers(problem%force_rows%n_rows)
     integer :: i
 
     call report%add('units/contact_area', area_unit(problem%deck))
@@ -66,7 +66,7 @@ contains
     do i = 1, size(states)
       multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
       if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
-      call report_point(map, problem%rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
+      call report_point(map, problem%force_rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
     end do
   end subroutine report_resultants
 

@@ -769,8 +769,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "workflow/force_columns.f90",
-        "to_text(count(multipliers > 0))",
-        "to_text(count(multipliers >= 0))",
+        "to_text(count(normal > 0))",
+        "to_text(count(normal >= 0))",
         "predict counts open contacts as active",
         "integration.test_predict",
     ),

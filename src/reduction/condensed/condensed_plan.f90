@@ -2,14 +2,15 @@
 !> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
   use sig_deck_config, only: reduction_config_t
-  use sig_errors, only: error_t
+  use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
   use sig_text, only: short_number, string_t
   implicit none(type, external)
   private
-  public :: choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, why_not_condensed, all_dofs_fit
+  public :: check_friction, choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, all_dofs_fit
+  public :: why_not_condensed
   public :: model_size, most_references, number_size, room_for_forces
 
   !> What reduction.displacement of the deck means for a problem.
@@ -45,6 +46,8 @@ contains
 
     kind = 'hhr'
     reason = ''
+    if (.not. problem%laws%is_plain()) kind = 'condensed'
+    if (kind == 'condensed') return
     associate (deck => problem%deck)
       if (deck%reduction%method == 'hhr') return
       if (deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. deck%clusters%refine%is_used) then
@@ -62,6 +65,33 @@ contains
       end if
     end associate
   end subroutine choose_model_kind
+
+  !> Errors: contacts have friction or are tied, and the deck asks for something that only a model without can do.
+  subroutine check_friction(problem, error)
+    type(problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reason, hint
+
+    if (problem%laws%is_plain()) return
+    reason = why_not_condensed(problem)
+    hint = 'the command solve needs no model'
+    associate (deck => problem%deck)
+      if (deck%reduction%method == 'hhr') then
+        reason = 'hyper-reduction solves for a part of the contacts, and the friction of the others acts on them'
+        hint = 'take reduction.method: auto or condensed, which is exact with friction'
+      else if (deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. deck%clusters%refine%is_used) then
+        reason = 'clusters are those of hyper-reduction, which has no friction'
+        hint = 'leave clusters out'
+      else if (deck%greedy%is_used) then
+        reason = 'a greedy selection asks a model at single points, which do not remember'
+        hint = 'leave greedy out: a condensed model is exact whatever its training points are'
+      else if (.not. problem%has_fixed_stiffness) then
+        reason = 'elastic constants that depend on parameters are not available together with friction or tied contacts'
+        hint = 'give the materials constants'
+      end if
+      if (reason /= '') call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, hint=hint)
+    end associate
+  end subroutine check_friction
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
   !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too
@@ -97,7 +127,7 @@ contains
   pure real(rk) function forces_size(problem)
     type(problem_t), intent(in) :: problem
 
-    associate (n_rows => real(problem%rows%n_rows, rk))
+    associate (n_rows => real(problem%force_rows%n_rows, rk))
       forces_size = number_size * n_rows * (n_rows + problem%boundary%n_terms)
     end associate
   end function forces_size
@@ -110,7 +140,7 @@ contains
     real(rk) :: megabytes, per_dof
 
     plan = plan_displacements(problem)
-    associate (reduction => problem%deck%reduction, n_rows => real(problem%rows%n_rows, rk))
+    associate (reduction => problem%deck%reduction, n_rows => real(problem%force_rows%n_rows, rk))
       megabytes = forces_size(problem) + min(reduction%max_transforms_size, most_references * number_size * n_rows**2)
       per_dof = number_size * (n_rows + problem%boundary%n_terms)
       megabytes = megabytes + size(plan%exact_dofs) * per_dof
@@ -138,7 +168,7 @@ contains
     type(problem_t), intent(in) :: problem
 
     fields_size = number_size * problem%mesh%n_dim * problem%mesh%n_nodes * &
-      (real(problem%rows%n_rows, rk) + problem%boundary%n_driving_terms)
+      (real(problem%force_rows%n_rows, rk) + problem%boundary%n_driving_terms)
   end function fields_size
 
   !> Whether a model keeps the responses of all dofs as they are: where elastic constants vary (n_nodes is given), if they fit; else

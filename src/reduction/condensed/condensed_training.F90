@@ -105,11 +105,17 @@ contains
     if (.not. allocated(condensed)) return
     allocate (model)
     call move_alloc(condensed, model%compliance)
+    model%laws = full_order%problem%laws
     fixed => fixed_of(model)
-    fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
     call measure_forces(snapshots%forces(), fixed)
-    call choose_references(full_order%problem%deck%reduction%max_transforms_size, fixed, error)
-    call drop_inaccurate_references(full_order%problem, snapshots, model)
+    if (model%laws%is_plain()) then
+      fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
+      call choose_references(full_order%problem%deck%reduction%max_transforms_size, fixed, error)
+      call drop_inaccurate_references(full_order%problem, snapshots, model)
+    else
+      ! a contact that slips has no complementary pair, which a pivot could exchange
+      call fixed%pivots%complete(fixed%n_rows())
+    end if
     if (plan%has_modes) then
       PetscCall(add_contact_field(full_order, snapshots, model, field_error, ierr))
       PetscCall(replace_field(full_order, field_error, fixed, ierr))
@@ -148,7 +154,7 @@ contains
       PetscCall(team%solver%condense(condensed, ierr))
       fixed%exact_dofs = [(i, i=1, problem%mesh%n_dim * problem%mesh%n_nodes)]
       fixed%field = contact_field_t()
-      call fixed%field%complete(size(fixed%exact_dofs), problem%rows%n_rows)
+      call fixed%field%complete(size(fixed%exact_dofs), problem%force_rows%n_rows)
       PetscCall(share_contact_response(team, condensed, fixed%exact_dofs, fixed%contact_response, ierr))
       PetscCall(broadcast_columns(fixed%contact_response, PETSC_COMM_WORLD, ierr))
     end associate

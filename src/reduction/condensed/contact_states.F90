@@ -49,6 +49,8 @@ module sig_contact_states
     integer, allocatable :: nearest(:)
     !> [unit of each parameter] lengths of their ranges, 1 of none; shape (n_parameters)
     real(rk), allocatable :: lengths(:)
+    !> [force] forces that are known, shape (n_multipliers, n_points); not allocated where the model finds them
+    real(rk), allocatable :: forces(:, :)
   end type points_t
 
   !> [s] progress is told only if the states take longer
@@ -57,7 +59,8 @@ module sig_contact_states
 contains
 
   !> Finds the states: at the training points, then at the probes, and at each the forces, then their change with each parameter
-  !> times the length of its range. What has no answer or no derivative is left out. Also sets reduced%compliance%largest_field, the
+  !> times the length of its range. What has no answer or no derivative is left out. With friction or ties the states are the forces
+  !> of the snapshots. Also sets reduced%compliance%largest_field, the
   !> largest size of the displacement at the training points. Collective on all ranks, with the same result on each. Requires:
   !> `reduced` answers queries and is the same on all ranks.
   subroutine find(self, problem, snapshots, reduced, ierr)
@@ -72,6 +75,13 @@ contains
 
     call take_training_points(problem, snapshots, points)
     n_points = size(points%nearest)
+    if (allocated(points%forces)) then
+      PetscCall(self%solve(problem, points, 1, reduced, ierr))
+      call raise_largest_field(self%sizes, reduced)
+      self%is_for_modes = [(modulo(i, 2) == 0, i=1, n_points)]
+      self%sizes = max([(comparable_size(self%sizes(i), reduced%compliance%largest_field), i=1, n_points)], tiny(1.0_rk))
+      return
+    end if
     call find_probes(problem, snapshots%parameters, probes%parameters, probes%theta, probes%nearest)
     points%parameters = reshape([points%parameters, probes%parameters], [size(points%lengths), n_points + size(probes%nearest)])
     points%theta = reshape([points%theta, probes%theta], [size(points%theta, 1), n_points + size(probes%nearest)])
@@ -113,6 +123,7 @@ contains
     points%nearest = [(i, i=1, size(points%theta, 2))]
     points%lengths = problem%deck%state_parameters%maximum - problem%deck%state_parameters%minimum
     where (.not. points%lengths > 0) points%lengths = 1
+    if (.not. problem%laws%is_plain()) points%forces = snapshots%forces()
   end subroutine take_training_points
 
   subroutine raise_largest_field(sizes, reduced)
@@ -148,8 +159,12 @@ contains
     allocate (self%unknowns(reduced%n_rows(), n_each * n), self%energies(n_each * n), self%sizes(n_each * n), source=0.0_rk)
     call progress%start('points at which the error of displacements is measured', n, seconds_of_silence)
     do i = rank + 1, n, n_ranks
-      call reduced%ask(points%theta(:, i), points%nearest(i), room, answer)
       call progress%advance(min(i + n_ranks - 1, n))
+      if (allocated(points%forces)) then
+        call self%take(i, reduced, room, points%theta(:, i), points%forces(:, i))
+        cycle
+      end if
+      call reduced%ask(points%theta(:, i), points%nearest(i), room, answer)
       first = n_each * (i - 1) + 1
       self%sizes(first:first + n_each - 1) = -1
       if (answer%reason <= 0) cycle

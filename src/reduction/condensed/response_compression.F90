@@ -183,10 +183,10 @@ contains
     real(rk), allocatable :: places(:, :)
     integer :: i
 
-    rows = pack([(i, i=1, problem%rows%n_rows)], [(all(anchors /= i), i=1, problem%rows%n_rows)])
+    rows = pack([(i, i=1, problem%force_rows%n_rows)], [(all(anchors /= i), i=1, problem%force_rows%n_rows)])
     allocate (places(problem%mesh%n_dim, size(rows)))
     do i = 1, size(rows)
-      places(:, i) = problem%mesh%coordinates(:, minval(problem%rows%first_nodes_of(rows(i))))
+      places(:, i) = problem%mesh%coordinates(:, minval(problem%force_rows%first_nodes_of(rows(i))))
     end do
     call contacts%create(places, [(1, i=1, size(rows))], group_size)
     order = rows(contacts%order)

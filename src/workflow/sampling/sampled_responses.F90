@@ -96,7 +96,7 @@ contains
     self%is_ready = .false.
     if (allocated(self%forces)) deallocate (self%forces, self%is_solved)
     associate (wish => problem%deck%training%stiffness)
-      if (problem%has_fixed_stiffness .or. wish == 'factored') return
+      if (problem%has_fixed_stiffness .or. wish == 'factored' .or. .not. problem%laws%is_plain()) return
       if (wish == 'auto' .and. .not. may_condense(problem)) return
       call find_body_constants(problem, self%constants, error)
       if (allocated(error)) then

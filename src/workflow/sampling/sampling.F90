@@ -126,13 +126,33 @@ contains
     if (allocated(error)) return
     PetscCall(find_finished_points(self%problem, store, points, is_done, is_merged, error, ierr, n_stored))
     if (allocated(error)) return
-    outcome%n_found = count(is_done)
-    if (is_merged) return
+    if (is_merged) then
+      outcome%n_found = count(is_done)
+      return
+    end if
+    call ask_whole_histories(self%problem, is_done)
     to_do = pack([(i, i=1, size(is_done))], .not. is_done)
+    outcome%n_found = count(is_done)
     if (size(to_do) > 0 .and. .not. self%team%is_ready) call announce_plan(self%problem, points)
     PetscCall(self%team%make_ready(self%problem, ierr))
     PetscCall(solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr))
   end subroutine solve_missing
+
+  !> Where the states of a history remember, a history of which one state is missing is solved as a whole.
+  pure subroutine ask_whole_histories(problem, is_done)
+    type(problem_t), intent(in) :: problem
+    !> of each point, shape (n_points)
+    logical, intent(inout) :: is_done(:)
+    integer :: first, n_times
+
+    if (.not. problem%laws%remembers()) return
+    n_times = max(1, problem%deck%history%states%n_times())
+    do first = 1, size(is_done), n_times
+      associate (own => is_done(first:first + n_times - 1))
+        own = all(own)
+      end associate
+    end do
+  end subroutine ask_whole_histories
 
   !> Solves some of the points and merges the store; after a signal or an error it only writes the shards. Collective on all ranks.
   !> Errors: those of solve_points, close_buffer and merge_snapshots.
@@ -265,7 +285,7 @@ contains
 
     ierr = 0
     call deal_points(varying_constants(self%problem%deck, self%problem%material_terms, points(:, numbers)), &
-      self%team%groups%i_group, self%team%groups%n_groups, self%team%solver%n_points_at_once(), own)
+      self%team%groups%i_group, self%team%groups%n_groups, self%team%solver%n_points_at_once(), self%team%solver%n_times(), own)
     last = 0
     do i = 1, size(own%ends)
       first = last + 1

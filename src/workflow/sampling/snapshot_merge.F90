@@ -183,7 +183,7 @@ contains
     shards = store%shards()
     do i = 1, size(shards)
       call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
-        n_stored, problem%rows%n_rows, found, n_dropped, error)
+        n_stored, problem%force_rows%n_rows, found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0 .and. .not. store%is_reported) call log_warning(counted(n_dropped, 'record') // ' at the end of ' // &
         shards(i)%text // ' ' // are(n_dropped) // ' left out: damaged or behind a damaged one, as after a killed run; ' // &
@@ -229,7 +229,8 @@ contains
     if (size(set%reasons) == 0) return
     n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     n_free_responses = size(set%free_response, 2)
-    if (size(set%parameter_names) /= size(problem%deck%state_parameters) .or. size(set%multipliers, 1) /= problem%rows%n_rows .or. &
+    if (size(set%parameter_names) /= size(problem%deck%state_parameters) .or. &
+      size(set%multipliers, 1) /= problem%force_rows%n_rows .or. &
       all(set%n_dofs /= [0, n_dofs]) .or. n_free_responses > size(problem%lifted_terms)) &
       call make_error(error, 'the snapshots are not those of this deck and mesh: their sizes differ', file=path, &
         hint='remove the file and sample again')

@@ -56,9 +56,10 @@ contains
     model%n_dofs = problem%mesh%n_dim * problem%mesh%n_nodes
     model%node_tags = problem%mesh%node_tags
     model%coordinates = problem%mesh%coordinates
-    model%n_multipliers = problem%rows%n_rows
-    model%gap = problem%rows%gap
-    model%areas = problem%rows%areas
+    model%n_multipliers = problem%force_rows%n_rows
+    model%laws = problem%laws
+    model%gap = problem%force_rows%gap
+    model%areas = problem%force_rows%areas
     call create_resultant_map(problem, model%resultants)
     call fill_side(problem, .false., model%first_side)
     call fill_side(problem, .true., model%second_side)

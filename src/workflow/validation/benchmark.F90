@@ -110,7 +110,7 @@ contains
     start = wall_time()
     do while (wall_time() - start < query_time)
       do i = 1, size(points, 2)
-        call query%evaluate(online, points(:, i), answer)
+        call query%continue(online, points(:, i), answer)
       end do
       n_queries = n_queries + size(points, 2)
     end do

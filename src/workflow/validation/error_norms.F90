@@ -118,7 +118,8 @@ contains
       call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, size(errors) + i), &
         errors(i)%von_mises_largest, errors(i)%von_mises)
       call reconstruct_multipliers(online, answers(i), rooms, multipliers)
-      errors(i)%pressure = compare_pressures(bodies%fields%rows, online%model%n_nodes, multipliers, states(i)%multipliers)
+      errors(i)%pressure = compare_pressures(bodies%fields%rows, online%model%n_nodes, &
+        multipliers(:bodies%fields%rows%n_rows), states(i)%normal_forces())
     end do
   end subroutine measure_stresses
 

@@ -173,7 +173,7 @@ contains
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return
     call deal_points(varying_constants(problem%deck, problem%material_terms, points), team%groups%i_group, &
-      team%groups%n_groups, team%solver%n_points_at_once(), own)
+      team%groups%n_groups, team%solver%n_points_at_once(), team%solver%n_times(), own)
     call progress%start('validating', size(points, 2))
     last = 0
     do i = 1, size(own%ends)
@@ -262,7 +262,7 @@ contains
 
     PetscCall(team%solver%solve_points(problem, points(:, numbers), states, ierr))
     do i = 1, size(numbers)
-      call query%evaluate(online, points(:, numbers(i)), answers(i))
+      call query%continue(online, points(:, numbers(i)), answers(i))
     end do
     call update_bodies(problem, online, points(:, numbers), bodies)
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
@@ -287,7 +287,7 @@ contains
     comparisons = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%field, errors%von_mises_largest, errors%von_mises, errors%pressure]
     column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
-      real(count(state%multipliers > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
+      real(count(state%normal_forces() > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
       state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
       real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation, &
       deformation]

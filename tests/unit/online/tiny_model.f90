@@ -4,7 +4,7 @@ module tiny_model
   use, intrinsic :: ieee_arithmetic, only: ieee_positive_inf, ieee_value
   use sig_body_compliance, only: body_compliance_t
   use sig_condensed_model, only: condensed_model_t
-  use sig_contact_rows, only: create_contact_rows
+  use sig_contact_rows, only: contact_rows_t, create_contact_rows
   use sig_elasticity, only: n_stresses
   use sig_field_map, only: field_map_t
   use sig_fixed_compliance, only: fixed_compliance_t
@@ -253,11 +253,13 @@ contains
   !> Fields of the tiny model on such a triangle.
   subroutine add_fields(model)
     type(model_t), intent(inout) :: model
+    type(contact_rows_t) :: rows
 
     model%node_tags = [11, 12]
     model%coordinates = reshape([0.0_rk, 0.0_rk, 1.0_rk, 0.0_rk], [2, 2])
     call build_field_map(model%parameter_names, 'squeeze / 8', '2 + squeeze', 2, model%fields)
     call create_contact_rows([1, 1, 1], [0, 0, 1], [1, 2, 1, 2], reshape([real(rk) :: 0, 1, 0, 1, 0, 1, 0, -1], [2, 4]), &
-      model%gap, model%areas, model%resultants%entries, model%fields%rows)
+      model%gap, model%areas, model%resultants%entries, rows)
+    call model%fields%set_rows(rows, 3)
   end subroutine add_fields
 end module tiny_model

@@ -1,0 +1,62 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> What the contacts of a problem do: they open and close, with friction or without, or they are tied.
+module sig_contact_laws
+  use sig_friction_types, only: friction_contacts_t
+  use sig_kinds, only: rk
+  implicit none(type, external)
+  private
+  public :: contact_laws_t, laws_without_friction
+
+  !> The contacts with their normal rows, their tangential rows and their coefficients of friction.
+  type, extends(friction_contacts_t) :: contact_laws_t
+    !> which of its contact's tangents each tangential force has, 1 or 2; shape as tangents
+    integer, allocatable :: directions(:, :)
+    !> [-] the coefficient of friction of a contact is friction_factors * theta(friction_terms); the factor is 0 without friction;
+    !> shapes (n_contacts)
+    real(rk), allocatable :: friction_factors(:)
+    integer, allocatable :: friction_terms(:)
+  contains
+    procedure :: is_plain
+    procedure :: remembers
+    procedure :: friction_at
+  end type contact_laws_t
+
+contains
+
+  !> Returns the laws of contacts that open and close without friction.
+  pure type(contact_laws_t) function laws_without_friction(n_contacts) result(laws)
+    integer, intent(in) :: n_contacts
+
+    laws%n_contacts = n_contacts
+    allocate (laws%tangents(2, n_contacts), laws%directions(2, n_contacts), source=0)
+    allocate (laws%is_tied(n_contacts), source=.false.)
+    allocate (laws%friction_factors(n_contacts), source=0.0_rk)
+    allocate (laws%friction_terms(n_contacts), source=1)
+  end function laws_without_friction
+
+  !> Whether all contacts only open and close: no friction, none tied. Also true where no laws are set.
+  pure logical function is_plain(self)
+    class(contact_laws_t), intent(in) :: self
+
+    is_plain = .not. allocated(self%tangents)
+    if (.not. is_plain) is_plain = .not. (any(self%tangents > 0) .or. any(self%is_tied))
+  end function is_plain
+
+  !> Whether an answer depends on earlier ones: some contacts may slip with friction.
+  pure logical function remembers(self)
+    class(contact_laws_t), intent(in) :: self
+
+    remembers = allocated(self%tangents)
+    if (remembers) remembers = any(self%tangents(1, :) > 0 .and. .not. self%is_tied)
+  end function remembers
+
+  !> Returns the coefficients of friction [-] for given values of the terms, shape (n_contacts).
+  pure function friction_at(self, theta) result(friction)
+    class(contact_laws_t), intent(in) :: self
+    !> [-] shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    real(rk) :: friction(self%n_contacts)
+
+    friction = self%friction_factors * theta(self%friction_terms)
+  end function friction_at
+end module sig_contact_laws

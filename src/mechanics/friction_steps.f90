@@ -1,0 +1,205 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> Steps of a history of contact with friction, or with tied contacts, condensed to the forces.
+!>
+!> W and q have the form of sig_condensed: for an anchor, which holds a body that only contact holds, the unknown is its opening.
+!> Here anchors keep their forces as unknowns, and the motions of these bodies are further unknowns (sig_friction_types).
+module sig_friction_steps
+  use sig_contact_laws, only: contact_laws_t
+  use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
+    friction_workspace_t, solve_friction
+  use sig_kinds, only: rk
+  use sig_reasons, only: reason_converged
+  implicit none(type, external)
+  private
+  public :: friction_steps_t, friction_memory_t
+
+  !> What a step problem has at all times.
+  type :: friction_steps_t
+    type(contact_laws_t) :: laws
+    !> contacts of the laws, and motions
+    type(friction_contacts_t), private :: contacts
+    !> rows of anchors, 1-based; each has a motion
+    integer, allocatable, private :: anchors(:)
+    !> [length/force] shape (n, n) with n = n_rows + n_motions
+    real(rk), allocatable, private :: compliance(:, :)
+  contains
+    procedure :: create
+    procedure :: advance
+    procedure :: count_answers
+    procedure :: fill_unknowns
+    procedure :: motion
+  end type friction_steps_t
+
+  !> What is carried from one time to the next, and the answer at the present time.
+  type :: friction_memory_t
+    !> forces, openings and states; its reason is reason_converged where there is an answer
+    type(friction_solution_t) :: solution
+    !> [length] places of tangential rows from which slips of the present step count; shape (n_rows + n_motions)
+    real(rk), allocatable :: origins(:)
+    !> [length] slip of the present step in tangential rows; 0 where a contact sticks, opens or is open; shape (n_rows)
+    real(rk), allocatable :: slip(:)
+    type(friction_workspace_t), private :: workspace
+    !> [length] q with rows of motions, shape (n_rows + n_motions)
+    real(rk), allocatable, private :: openings(:)
+    !> whether a step was made since the beginning of the history
+    logical, private :: has_begun = .false.
+  contains
+    procedure :: begin
+    procedure :: is_open
+    procedure :: slips
+    procedure :: change_to_exact
+  end type friction_memory_t
+
+contains
+
+  !> Makes the matrix of the steps from W.
+  pure subroutine create(self, laws, anchors, scale, compliance)
+    class(friction_steps_t), intent(inout) :: self
+    type(contact_laws_t), intent(in) :: laws
+    !> rows, 1-based
+    integer, intent(in) :: anchors(:)
+    !> [length/force] the scale of the anchors
+    real(rk), intent(in) :: scale
+    !> [length/force] W; rows and columns of anchors are those of their openings; shape (n_rows, n_rows)
+    real(rk), intent(in) :: compliance(:, :)
+    integer :: j, n
+
+    n = size(compliance, 1)
+    self%laws = laws
+    self%contacts = laws%friction_contacts_t
+    self%contacts%n_motions = size(anchors)
+    self%anchors = anchors
+    if (allocated(self%compliance)) deallocate (self%compliance)
+    allocate (self%compliance(n + size(anchors), n + size(anchors)), source=0.0_rk)
+    self%compliance(:n, :n) = compliance
+    self%compliance(anchors, :) = 0
+    self%compliance(:, anchors) = 0
+    self%compliance(:n, n + 1:) = compliance(:, anchors)
+    ! a motion opens its own anchor, and no other
+    do j = 1, size(anchors)
+      self%compliance(anchors, n + j) = 0
+      self%compliance(anchors(j), n + j) = scale
+    end do
+    self%compliance(n + 1:, :n) = -transpose(self%compliance(:n, n + 1:))
+  end subroutine create
+
+  !> Begins a history: nothing has slipped, and tangential rows are at the place 0.
+  pure subroutine begin(self, steps)
+    class(friction_memory_t), intent(inout) :: self
+    type(friction_steps_t), intent(in) :: steps
+
+    associate (n => size(steps%compliance, 1), n_rows => steps%contacts%n_forces())
+      if (allocated(self%origins)) then
+        if (size(self%origins) /= n) deallocate (self%origins, self%openings, self%slip)
+      end if
+      if (.not. allocated(self%origins)) allocate (self%origins(n), self%openings(n), self%slip(n_rows))
+    end associate
+    self%origins = 0
+    self%slip = 0
+    self%has_begun = .false.
+    self%solution%reason = -1
+  end subroutine begin
+
+  !> Solves the next step. memory%solution%reason says whether there is an answer (solve_friction). Requires: begin, and an answer
+  !> of the last step.
+  subroutine advance(self, opening, friction, memory)
+    class(friction_steps_t), intent(in) :: self
+    !> [length] q, in rows of anchors their scaled forces, which are exactly zero where they are only rounding; shape (n_rows)
+    real(rk), contiguous, intent(in) :: opening(:)
+    !> [-] coefficient of friction of each contact
+    real(rk), intent(in) :: friction(:)
+    type(friction_memory_t), intent(inout) :: memory
+    integer :: k
+
+    associate (n => size(opening), openings => memory%openings)
+      openings(:n) = opening
+      openings(n + 1:) = opening(self%anchors)
+      openings(self%anchors) = 0
+    end associate
+    if (memory%has_begun) memory%origins = -memory%solution%openings
+    memory%has_begun = .true.
+    call solve_friction(self%compliance, memory%openings, memory%origins, friction, self%contacts, memory%solution, &
+      memory%workspace)
+    memory%slip = 0
+    if (memory%solution%reason /= reason_converged) return
+    do k = 1, self%contacts%n_contacts
+      if (memory%solution%states(k) /= contact_slips) cycle
+      associate (rows => self%contacts%tangents(:self%contacts%n_tangents(k), k))
+        memory%slip(rows) = -memory%solution%openings(rows) - memory%origins(rows)
+      end associate
+    end do
+  end subroutine advance
+
+  !> Returns the number of solutions of the last step that two more starts find (count_solutions); 1 without friction. Requires: the
+  !> last step has an answer.
+  integer function count_answers(self, friction, memory) result(n)
+    class(friction_steps_t), intent(in) :: self
+    !> that of the last step
+    real(rk), intent(in) :: friction(:)
+    type(friction_memory_t), intent(inout) :: memory
+
+    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n)
+  end function count_answers
+
+  !> Sets the unknowns of sig_condensed [force]: forces, and in rows of anchors their scaled openings; shape (n_rows).
+  pure subroutine fill_unknowns(self, memory, unknowns)
+    class(friction_steps_t), intent(in) :: self
+    type(friction_memory_t), intent(in) :: memory
+    real(rk), intent(inout) :: unknowns(:)
+
+    unknowns = memory%solution%lambda(:size(unknowns))
+    unknowns(self%anchors) = memory%solution%lambda(size(unknowns) + 1:)
+  end subroutine fill_unknowns
+
+  !> Returns the scaled openings of the anchors: of the answer or, where there is no equilibrium, of the motion in which bodies
+  !> slide or come off, up to a factor; shape (n_motions).
+  pure function motion(self, memory) result(openings)
+    class(friction_steps_t), intent(in) :: self
+    type(friction_memory_t), intent(in) :: memory
+    real(rk) :: openings(size(self%anchors))
+
+    openings = memory%solution%lambda(size(memory%slip) + 1:)
+  end function motion
+
+  !> Returns which contacts are open, and which slip; shape (n_contacts).
+  pure function is_open(self)
+    class(friction_memory_t), intent(in) :: self
+    logical :: is_open(size(self%solution%states))
+
+    is_open = self%solution%states == contact_open
+  end function is_open
+
+  pure function slips(self)
+    class(friction_memory_t), intent(in) :: self
+    logical :: slips(size(self%solution%states))
+
+    slips = self%solution%states == contact_slips
+  end function slips
+
+  !> Returns a change of the openings [length] for which the forces of the last step are exact, by the law of each contact alone:
+  !> gaps of contacts with a force, overlaps of others; slips of contacts that stick, and of those that slip the part that is not
+  !> along their force. Shape (n_rows).
+  pure function change_to_exact(self, laws, opening) result(change)
+    class(friction_memory_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
+    !> [length] w = W z + q, in rows of anchors their openings; shape (n_rows)
+    real(rk), intent(in) :: opening(:)
+    real(rk) :: change(size(opening))
+    integer :: k
+
+    change = 0
+    do k = 1, laws%n_contacts
+      associate (force => self%solution%lambda(k))
+        change(k) = merge(opening(k), min(opening(k), 0.0_rk), force > 0 .or. laws%is_tied(k))
+        if (.not. (force > 0 .or. laws%is_tied(k))) cycle
+      end associate
+      associate (rows => laws%tangents(:laws%n_tangents(k), k))
+        associate (force => self%solution%lambda(rows), slip => -opening(rows) - self%origins(rows))
+          change(rows) = slip
+          if (laws%is_tied(k) .or. self%solution%states(k) /= contact_slips .or. norm2(force) <= 0) cycle
+          change(rows) = slip - max(0.0_rk, dot_product(slip, force)) / dot_product(force, force) * force
+        end associate
+      end associate
+    end do
+  end function change_to_exact
+end module sig_friction_steps
