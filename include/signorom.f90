@@ -69,7 +69,8 @@ module signorom
 
   public :: signorom_version, signorom_open, signorom_model_message, signorom_close, &
     signorom_get_sizes, signorom_text, signorom_get_parameter, signorom_get_contact_nodes, &
-    signorom_get_contact_areas, signorom_get_contact_entries, signorom_contact_entry_name, signorom_get_resultants, &
+    signorom_get_contact_areas, signorom_get_force_directions, signorom_get_contact_entries, &
+    signorom_contact_entry_name, signorom_get_resultants, &
     signorom_get_nodes, signorom_get_displacement_sources, signorom_get_domain_contacts, signorom_get_next_cluster, &
     signorom_create_context, signorom_message, signorom_free_context, signorom_query, &
     signorom_get_history, signorom_get_states, signorom_start, signorom_advance, signorom_get_point, &
@@ -138,6 +139,13 @@ module signorom
       type(c_ptr), value :: model
       real(c_double), intent(out) :: areas(*)
     end function signorom_get_contact_areas
+
+    integer(c_int) function signorom_get_force_directions(model, contacts, directions) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: model
+      integer(c_int), intent(out), optional :: contacts(*)
+      real(c_double), intent(out), optional :: directions(*)
+    end function signorom_get_force_directions
 
     integer(c_int) function signorom_get_contact_entries(model, n_entries, n_moments, entries) bind(c)
       import :: c_int, c_ptr

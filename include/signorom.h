@@ -81,7 +81,8 @@ typedef enum {
 typedef struct {
   int n_parameters;
   int n_clusters;
-  int n_contacts; /* number of multipliers (contact forces) of the model */
+  int n_contacts; /* number of multipliers (contact forces) of the model: one per contact; with friction the
+                     tangential forces come behind them, and count as contacts in all calls */
   int n_nodes;
   int n_dimensions;
   int n_dofs; /* n_dimensions * n_nodes */
@@ -184,8 +185,13 @@ int signorom_get_parameter(const signorom_model *model, int i, const char **name
 int signorom_get_contact_nodes(const signorom_model *model, int side, int *starts, int *tags, double *weights,
                                double *coordinates);
 /* Gives the areas of the contacts [n_contacts]; in plane models they are lengths. Contact pressure = contact force /
- * area. */
+ * area. The area of a tangential force is 0. */
 int signorom_get_contact_areas(const signorom_model *model, double *areas);
+/* Gives for each contact force the contact whose force it is [n_contacts], counted from 0: itself for a normal force;
+ * and the force on the first surface that the deck's entry names where the multiplier is 1 [n_contacts][n_dimensions]:
+ * a unit vector (its sum over the nodes; mortar rows of curved surfaces may give a little less). Either array may be
+ * null. SIGNOROM_BAD_ARGUMENT: the model is null, or its file, of an earlier program, does not name its contacts. */
+int signorom_get_force_directions(const signorom_model *model, int *contacts, double *directions);
 /* Gives the entries of the deck's contact section: their number (0 in files of earlier programs), the number of
  * components of a moment (3, or 1 in plane and axisymmetric models), and the entry that each contact belongs to
  * [n_contacts], counted from 0. Any pointer may be null. Ask for the number first: where it is 0, the call does not
@@ -241,7 +247,9 @@ void signorom_free_context(signorom_context *context);
  * SIGNOROM_BAD_ARGUMENT: the point is null, or the size of the answer is not set; `answer` is not written. */
 int signorom_query(signorom_context *context, const double *point, signorom_answer *answer);
 /* Computes the answers at n points [n][n_parameters]. `answers` [n] and `multipliers` [n][n_contacts] may be null. The
- * size in the first answer holds for all answers, and the call writes it to each of them. A point without an answer
+ * size in the first answer holds for all answers, and the call writes it to each of them. With friction and a history
+ * the points are states in their order: one whose parameters differ from those before, or whose time is not later,
+ * begins a history. A point without an answer
  * does not stop the call: its code is SIGNOROM_NO_ANSWER, its multipliers are NaN, and the call returns
  * SIGNOROM_NO_ANSWER. Afterwards the last answer of the context is that of the last point; there is none if n is 0, if
  * the last point has none or if the call is refused. SIGNOROM_BAD_ARGUMENT, without any query: n < 0, the points are

@@ -35,7 +35,7 @@ def limits(node):
 def kind(node, schema):
     """Returns which values a node of the schema allows, in a few words."""
     if "enum" in node:
-        return ", ".join(f"`{word}`" for word in node["enum"])
+        return ", ".join(f"`{word if isinstance(word, str) else json.dumps(word)}`" for word in node["enum"])
     if "anyOf" in node and "type" not in node:
         return " or ".join(kind(resolve(choice, schema), schema) for choice in node["anyOf"])
     if "const" in node:

@@ -155,8 +155,13 @@ contains
     end do
     do k = 1, size(model%history%tables)
       associate (table => model%history%tables(k))
-        table%times = [(string_t(to_text(rows(1, i))), i=1, size(rows, 2))]
-        table%values = [(string_t(to_text(rows(k + 1, i))), i=1, size(rows, 2))]
+        if (allocated(table%times)) deallocate (table%times, table%values)
+        allocate (table%times(size(rows, 2)), table%values(size(rows, 2)))
+        ! gfortran 12 cuts all texts of an array constructor to the length of the first one
+        do i = 1, size(rows, 2)
+          table%times(i)%text = to_text(rows(1, i))
+          table%values(i)%text = to_text(rows(k + 1, i))
+        end do
       end associate
     end do
   end subroutine read_history

@@ -7,6 +7,7 @@ module sig_stage_report
   use sig_body_rotations, only: largest_deformation, largest_rotation
   use sig_clock, only: date_and_time_text
   use sig_commit, only: source_commit
+  use sig_contact_state, only: contact_state_t
   use sig_deck_units, only: force_unit, stress_unit
   use sig_error_broadcast, only: broadcast_error
   use sig_errors, only: error_t
@@ -26,8 +27,8 @@ module sig_stage_report
   use sig_row_condition, only: condition_of_rows
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
-  use sig_text, only: append_text, string_t
-  use sig_unheld_bodies, only: unheld_warning
+  use sig_text, only: append_text, counted, join, string_t
+  use sig_unheld_bodies, only: moving_bodies, unheld_warning
   use sig_version, only: build_type
   use petsc
   implicit none(type, external)
@@ -117,14 +118,47 @@ contains
     call warn('positions', warning, report)
     do i = 1, size(solved%states)
       if (solved%states(i)%reason /= reason_converged) then
-        call log_warning('not converged at ' // format_point(problem%deck%state_parameters, points(:, i)) // ': ' // &
-          reason_text(solved%states(i)%reason))
+        call warn_of_state(problem, points, solved%states, i)
         cycle
       end if
       call boundary_reactions(problem%mesh, problem%deck%boundary_conditions, solved%states(i)%reactions, reactions)
       call report_reactions(i, reactions, report)
     end do
   end subroutine report_fields
+
+  !> Warns that a state has no solution, and tells which bodies move; later states of a history that remembers are not named,
+  !> because they have none for this reason.
+  subroutine warn_of_state(problem, points, states, i)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    type(contact_state_t), intent(in) :: states(:)
+    !> number of the state, 1-based
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    type(string_t), allocatable :: bodies(:)
+    integer :: n_later
+
+    text = 'not converged at ' // format_point(problem%deck%state_parameters, points(:, i)) // ': ' // &
+      reason_text(states(i)%reason)
+    if (allocated(states(i)%drift)) then
+      if (any(abs(states(i)%drift) > 0)) then
+        bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, &
+          reshape(states(i)%drift / maxval(abs(states(i)%drift)), [size(states(i)%drift), 1]))
+        text = text // '; it moves: ' // join(bodies, ', ')
+      end if
+    end if
+    if (problem%laws%remembers() .and. problem%deck%history%states%is_there()) then
+      associate (n_times => problem%deck%history%states%n_times())
+        if (modulo(i - 1, n_times) > 0) then
+          if (states(i - 1)%reason /= reason_converged) return
+        end if
+        n_later = n_times - 1 - modulo(i - 1, n_times)
+        if (n_later > 0) text = text // '; nor has this history a solution at its ' // counted(n_later, 'later time')
+      end associate
+    end if
+    call log_warning(text)
+  end subroutine warn_of_state
 
   !> Warns once in the log and in the report if motion_warning has a text for the solved points.
   subroutine warn_of_deformations(problem, solved, report)

@@ -96,14 +96,22 @@ contains
       '; it must be greater than min, which is ' // to_text(parameter%minimum) // unit)
   end subroutine check_box
 
-  !> Whether the name is that of a column of the table of predict, lambda_<number> or contact_<number>_..., or looks like one.
+  !> Whether the name is that of a column of the table of predict, lambda_<number>, tau_<number>... or contact_<number>_..., or
+  !> looks like one.
   pure logical function is_numbered_column(name)
     character(*), intent(in) :: name
-    character(*), parameter :: contact = 'contact_', digits = '0123456789', force = 'lambda_'
+    character(*), parameter :: digits = '0123456789', force = 'lambda_'
+    character(*), parameter :: beginnings(2) = [character(8) :: 'contact_', 'tau_']
+    integer :: i
 
     is_numbered_column = .false.
     if (index(name, force) == 1 .and. len(name) > len(force)) is_numbered_column = verify(name(len(force) + 1:), digits) == 0
-    if (index(name, contact) == 1 .and. len(name) > len(contact)) is_numbered_column = scan(name(len(contact) + 1:), digits) == 1
+    do i = 1, size(beginnings)
+      associate (n => len_trim(beginnings(i)))
+        if (index(name, beginnings(i) (:n)) == 1 .and. len(name) > n) is_numbered_column = is_numbered_column .or. &
+          scan(name(n + 1:), digits) == 1
+      end associate
+    end do
   end function is_numbered_column
 
   !> Adds an error if a constant of a material depends on the time or a table of the history.

@@ -2,7 +2,7 @@
 !> Describes the contacts that were found in the mesh, before anything is solved: one line per contact entry of the deck.
 module sig_contact_summary
   use sig_contact_rows, only: contact_rows_t
-  use sig_deck_config, only: deck_config_t
+  use sig_deck_config, only: contact_config_t, deck_config_t
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_rounding, only: rounding
@@ -15,9 +15,10 @@ module sig_contact_summary
 
 contains
 
-  !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), gaps 0.1 to 2.1 m`: its surfaces; the
-  !> number of all its rows (`nodes` with an obstacle, else `pairs`, also for mortar rows) and how many of them are inert, if any;
-  !> the smallest and the largest gap of all its rows at all points. Gaps are left out if there are no rows or no points.
+  !> Returns a line per contact entry, `contact[1]: lower_arc - upper_arc, 55 pairs (2 inert), friction mu, gaps 0.1 to 2.1 m`: its
+  !> surfaces; the number of all its rows (`nodes` with an obstacle, else `pairs`, also for mortar rows) and how many of them are
+  !> inert, if any; the smallest and the largest gap of all its rows at all points. Gaps are left out if there are no rows or no
+  !> points.
   function contact_lines(deck, mesh, rows, inert, terms, points) result(lines)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -40,6 +41,7 @@ contains
         idle => pack([(i, i=1, inert%n_rows)], inert%contact_entry == i_entry))
         call append_text(lines, 'contact[' // to_text(i_entry) // ']: ' // contact_name(deck, i_entry) // &
           count_text(deck%contact(i_entry)%has_obstacle, size(active) + size(idle), size(idle)) // &
+          law_text(deck%contact(i_entry)) // &
           gaps_text(reshape([transpose(rows%gap(active, :)), transpose(inert%gap(idle, :))], &
           [size(theta, 1), size(active) + size(idle)]), theta, rounding * maxval(abs(mesh%coordinates)), deck%units%length))
       end associate
@@ -72,6 +74,17 @@ contains
     text = ', ' // counted(n_pairs, merge('node', 'pair', has_obstacle))
     if (n_inert > 0) text = text // ' (' // to_text(n_inert) // ' inert)'
   end function count_text
+
+  !> Returns `, friction 0.3`, `, tied` or `, tied along the normal`; empty without friction and ties.
+  pure function law_text(contact) result(text)
+    type(contact_config_t), intent(in) :: contact
+    character(:), allocatable :: text
+
+    text = ''
+    if (contact%has_friction) text = ', friction ' // contact%friction%text
+    if (contact%tied == 'true') text = ', tied'
+    if (contact%tied == 'normal') text = ', tied along the normal'
+  end function law_text
 
   !> Returns `, gaps <smallest> to <largest> <unit>` over all rows and points; empty without rows or points.
   pure function gaps_text(gaps, theta, noise, unit) result(text)

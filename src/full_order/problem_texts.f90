@@ -2,6 +2,7 @@
 !> What a command says of its problem before it solves: contacts, solver, notes and warnings, inert pairs.
 module sig_problem_texts
   use sig_contact_summary, only: contact_lines
+  use sig_friction_warnings, only: friction_warnings
   use sig_kinds, only: rk
   use sig_load_windows, only: window_warnings
   use sig_log, only: log_info, log_warnings
@@ -37,7 +38,8 @@ contains
     call warn_of_plan(problem, points)
   end subroutine announce_plan
 
-  !> Logs the warnings of a problem, and those of window_warnings at the points. Requires: check_points accepted the points.
+  !> Logs the warnings of a problem, and those of window_warnings and friction_warnings at the points. Requires: check_points
+  !> accepted the points.
   subroutine warn_of_plan(problem, points)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -46,6 +48,8 @@ contains
 
     call log_warnings(problem%warnings)
     more = window_warnings(problem%deck, problem%mesh, points)
+    call log_warnings(more)
+    more = friction_warnings(problem, points)
     call log_warnings(more)
   end subroutine warn_of_plan
 

@@ -15,7 +15,7 @@ module sig_unheld_bodies
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: unheld_warning
+  public :: unheld_warning, moving_bodies
 
 contains
 
@@ -59,22 +59,34 @@ contains
     !> combinations of the free motions, shape (n_free, n)
     real(rk), intent(in) :: unheld(:, :)
     character(:), allocatable :: text
-    type(mechanical_model_t) :: model
-    integer, allocatable :: bodies(:)
     type(string_t), allocatable :: names(:)
-    integer :: i
 
-    model = mechanical_model(deck%mesh%model)
-    bodies = bodies_of_motions(motions, unheld)
-    allocate (names(size(bodies)))
-    do i = 1, size(bodies)
-      names(i)%text = body_name(mesh, motions, bodies(i)) // ' (' // &
-        motion_text(motions, amplitudes_of_body(motions, unheld, bodies(i)), model%axes) // ')'
-    end do
-    if (size(bodies) == 1) then
+    names = moving_bodies(deck, mesh, motions, unheld)
+    if (size(names) == 1) then
       text = 'the body ' // names(1)%text // ': its displacement and its gaps are'
     else
       text = 'the bodies ' // join(names, ', ') // ': their displacements and their gaps are'
     end if
   end function bodies_text
+
+  !> Returns `'spring' (translation in z)` for each body that takes part in combinations of the free motions.
+  function moving_bodies(deck, mesh, motions, combinations) result(names)
+    type(deck_config_t), intent(in) :: deck
+    type(mesh_t), intent(in) :: mesh
+    type(rigid_motions_t), intent(in) :: motions
+    !> shape (n_free, n)
+    real(rk), intent(in) :: combinations(:, :)
+    type(string_t), allocatable :: names(:)
+    type(mechanical_model_t) :: model
+    integer, allocatable :: bodies(:)
+    integer :: i
+
+    model = mechanical_model(deck%mesh%model)
+    bodies = bodies_of_motions(motions, combinations)
+    allocate (names(size(bodies)))
+    do i = 1, size(bodies)
+      names(i)%text = body_name(mesh, motions, bodies(i)) // ' (' // &
+        motion_text(motions, amplitudes_of_body(motions, combinations, bodies(i)), model%axes) // ')'
+    end do
+  end function moving_bodies
 end module sig_unheld_bodies

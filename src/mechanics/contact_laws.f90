@@ -19,6 +19,7 @@ module sig_contact_laws
     procedure :: is_plain
     procedure :: remembers
     procedure :: friction_at
+    procedure :: contacts_of_forces
   end type contact_laws_t
 
 contains
@@ -59,4 +60,15 @@ contains
 
     friction = self%friction_factors * theta(self%friction_terms)
   end function friction_at
+
+  !> Returns the contact of each force, 1-based: of normal forces themselves, then of tangential forces; shape (n_forces).
+  pure function contacts_of_forces(self) result(contacts)
+    class(contact_laws_t), intent(in) :: self
+    integer :: contacts(self%n_forces())
+    integer :: k
+
+    do k = 1, self%n_contacts
+      contacts(self%rows_of(k)) = k
+    end do
+  end function contacts_of_forces
 end module sig_contact_laws

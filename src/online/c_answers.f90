@@ -10,7 +10,7 @@ module sig_c_answers
   use sig_reduced, only: displacement_none
   implicit none(type, external)
   private
-  public :: ask, ask_time, copy_displacement, has_node, has_size, place_of, tell, too_large
+  public :: ask, ask_next, ask_time, copy_displacement, has_node, has_size, place_of, tell, too_large
 
   !> the structure signorom_answer of signorom.h
   type, bind(c) :: c_answer_t
@@ -67,6 +67,17 @@ contains
     call handle%query%evaluate(handle%model%online, point, handle%answer)
     call take_answer(handle, code)
   end subroutine ask
+
+  !> Asks the next point of a list (query%continue), and keeps the result as `ask` does.
+  subroutine ask_next(handle, point, code)
+    type(context_handle_t), intent(inout) :: handle
+    real(rk), intent(in) :: point(:)
+    integer(c_int), intent(out) :: code
+
+    handle%point = point
+    call handle%query%continue(handle%model%online, point, handle%answer)
+    call take_answer(handle, code)
+  end subroutine ask_next
 
   !> Asks the next time of a history (query%advance), and keeps the result as `ask` does. If the time or the number of tables is
   !> refused, code is bad_argument, and the context has no answer.

@@ -3,7 +3,7 @@
 module sig_c_api_many
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t, c_sizeof
-  use sig_c_answers, only: ask, copy_displacement, has_node, has_size, place_of, tell, too_large
+  use sig_c_answers, only: ask_next, copy_displacement, has_node, has_size, place_of, tell, too_large
   use sig_c_handles, only: bad_argument, chosen_nodes, code_ok, context_handle_t, keep, no_answer, ready_context
   use sig_kinds, only: rk
   use sig_reconstruction, only: reconstruct_multipliers
@@ -130,10 +130,10 @@ contains
       'give areas, forces and moments all or none, and only together with multipliers')
   end function are_consistent
 
-  !> Queries one point after the other, and fills `answers` and `targets`. The context then has the answer of the last point, if
-  !> there is one. code is code_ok; no_answer if a point has no answer (the others are answered all the same); bad_argument, without
-  !> any query, if there are points and the size of the answers is not possible (has_size). Unless code is code_ok, the message of
-  !> the context says why.
+  !> Queries one point after the other (states of histories in their order: query%continue), and fills `answers` and `targets`. The
+  !> context then has the answer of the last point, if there is one. code is code_ok; no_answer if a point has no answer (the others
+  !> are answered all the same); bad_argument, without any query, if there are points and the size of the answers is not possible
+  !> (has_size). Unless code is code_ok, the message of the context says why.
   subroutine ask_all(handle, n, points, answers, targets, code)
     type(context_handle_t), intent(inout) :: handle
     !> number of points
@@ -156,8 +156,9 @@ contains
     end if
     call c_f_pointer(points, values, [size(handle%model%names), int(n)])
     n_failed = 0
+    call handle%query%end_history()
     do i = 1, n
-      call ask(handle, values(:, i), code_of_point)
+      call ask_next(handle, values(:, i), code_of_point)
       if (code_of_point /= code_ok) n_failed = n_failed + 1
       if (c_associated(answers)) call tell(handle, code_of_point, n_bytes, place_of(answers, n_bytes, i))
       call fill_targets(handle, i, targets)

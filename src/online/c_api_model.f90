@@ -7,6 +7,7 @@ module sig_c_api_model
   use sig_c_strings, only: from_c
   use sig_errors, only: error_report, error_t
   use sig_field_query, only: why_no_fields
+  use sig_contact_laws, only: contact_laws_t
   use sig_model, only: contact_side_t, model_t
   use sig_model_description, only: describe_model
   use sig_model_file, only: read_model
@@ -191,22 +192,33 @@ contains
     if (.not. associated(handle)) return
     select case (side)
     case (0)
-      call put_side(handle%online%model%first_side, starts, tags, weights, coordinates)
+      call put_side(handle%online%model%first_side, handle%online%model%laws, starts, tags, weights, coordinates)
     case (1)
-      call put_side(handle%online%model%second_side, starts, tags, weights, coordinates)
+      call put_side(handle%online%model%second_side, handle%online%model%laws, starts, tags, weights, coordinates)
     case default
       code = bad_argument
     end select
   end function signorom_get_contact_nodes
 
-  subroutine put_side(side, starts, tags, weights, coordinates)
+  !> Gives the nodes of each contact force; tangential forces have those of their contact.
+  subroutine put_side(side, laws, starts, tags, weights, coordinates)
     type(contact_side_t), intent(in) :: side
+    type(contact_laws_t), intent(in) :: laws
     type(c_ptr), intent(in) :: starts, tags, weights, coordinates
+    integer :: contacts(laws%n_forces()), ends(size(contacts) + 1)
+    integer, allocatable :: nodes(:)
+    integer :: i, k
 
-    call put_integers(side%starts, starts)
-    call put_integers(side%tags, tags)
-    call put_reals(side%weights, weights)
-    call put_reals(reshape(side%coordinates, [size(side%coordinates)]), coordinates)
+    contacts = laws%contacts_of_forces()
+    nodes = [([(i, i=side%starts(contacts(k)) + 1, side%starts(contacts(k) + 1))], k=1, size(contacts))]
+    ends = 0
+    do k = 1, size(contacts)
+      ends(k + 1) = ends(k) + side%starts(contacts(k) + 1) - side%starts(contacts(k))
+    end do
+    call put_integers(ends, starts)
+    call put_integers(side%tags(nodes), tags)
+    call put_reals(side%weights(nodes), weights)
+    call put_reals(reshape(side%coordinates(:, nodes), [size(side%coordinates, 1) * size(nodes)]), coordinates)
   end subroutine put_side
 
   integer(c_int) function signorom_get_contact_areas(model, areas) result(code) bind(c)
@@ -217,6 +229,23 @@ contains
     handle => ready_model(model, code)
     if (associated(handle)) call put_reals(handle%online%model%areas, areas)
   end function signorom_get_contact_areas
+
+  integer(c_int) function signorom_get_force_directions(model, contacts, directions) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: contacts, directions
+    type(model_handle_t), pointer :: handle
+
+    handle => ready_model(model, code)
+    if (.not. associated(handle)) return
+    associate (whole => handle%online%model)
+      if (size(whole%resultants%unit_forces, 2) /= whole%n_multipliers) then
+        code = bad_argument
+        return
+      end if
+      call put_integers(whole%laws%contacts_of_forces() - 1, contacts)
+      call put_reals(reshape(whole%resultants%unit_forces, [size(whole%resultants%unit_forces)]), directions)
+    end associate
+  end function signorom_get_force_directions
 
   integer(c_int) function signorom_get_contact_entries(model, n_entries, n_moments, entries) result(code) bind(c)
     type(c_ptr), value :: model

@@ -2,7 +2,7 @@
 !> Friction and ties of contacts in a model file.
 module sig_contact_laws_file
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use sig_contact_laws, only: contact_laws_t, laws_without_friction
+  use sig_contact_laws, only: contact_laws_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -30,7 +30,8 @@ contains
     call file%write(group // '/friction_terms', laws%friction_terms, description='term (1-based) of each contact')
   end subroutine write_laws
 
-  !> Reads the laws; without the group, no contact has friction. Errors: a dataset is missing, or has another type or rank.
+  !> Reads the laws; without the group, no contact has friction: then n_contacts is set alone, because the number in the file may be
+  !> anything. Errors: a dataset is missing, or has another type or rank.
   subroutine read_laws(file, group, n_multipliers, laws, error)
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
@@ -41,7 +42,7 @@ contains
     integer, allocatable :: ties(:)
 
     if (.not. file%has(group)) then
-      laws = laws_without_friction(max(0, n_multipliers))
+      laws%n_contacts = n_multipliers
       return
     end if
     call file%read(group // '/tangents', laws%tangents, error)
@@ -54,14 +55,16 @@ contains
   end subroutine read_laws
 
   !> Whether shapes, rows, terms and numbers fit a model: its forces are the normal ones of all contacts, then each tangential one
-  !> once.
+  !> once. Without arrays all forces must be normal ones.
   pure logical function laws_fit(laws, n_multipliers, n_terms)
     type(contact_laws_t), intent(in) :: laws
     integer, intent(in) :: n_multipliers
     integer, intent(in) :: n_terms
-    logical :: is_there(n_multipliers)
+    logical, allocatable :: is_there(:)
     integer :: k
 
+    laws_fit = laws%n_contacts == n_multipliers
+    if (.not. allocated(laws%tangents)) return
     associate (n => laws%n_contacts)
       laws_fit = all(shape(laws%tangents) == [2, n]) .and. all(shape(laws%directions) == [2, n]) .and. &
         size(laws%friction_factors) == n .and. &
@@ -70,7 +73,7 @@ contains
         all(laws%tangents(2, :) == 0 .or. laws%tangents(1, :) > 0) .and. &
         all(laws%tangents == 0 .or. (laws%tangents > n .and. laws%tangents <= n_multipliers))
       if (.not. laws_fit) return
-      is_there = .false.
+      allocate (is_there(n_multipliers), source=.false.)
       is_there(:n) = .true.
       do k = 1, n
         is_there(pack(laws%tangents(:, k), laws%tangents(:, k) > 0)) = .true.

@@ -2,6 +2,7 @@
 !> Writes and reads model.h5. Reading refuses a file that is not a model, has another format, or was changed.
 module sig_model_file
   use sig_contact_rows, only: contact_rows_t
+  use sig_contact_laws, only: laws_without_friction
   use sig_contact_laws_file, only: read_laws, write_laws
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_map_file, only: read_field_map, write_field_map
@@ -64,7 +65,9 @@ contains
     type(h5_writer_t), intent(inout) :: file
     type(model_t), intent(in) :: model
 
-    call write_format(file, format_name, model_format_version, model%code_version)
+    ! an earlier reader does not look for friction
+    call write_format(file, format_name, merge(oldest_model_format, model_format_version, model%laws%is_plain()), &
+      model%code_version)
     call file%write_attribute('/', 'provenance', model%provenance)
     call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
     call file%write_attribute('/', 'n_clusters', model%n_clusters())
@@ -166,7 +169,9 @@ contains
     end block work
     call file%close()
     if (allocated(error)) return
-    if (find_mismatch(model) /= '') then
+    if (find_mismatch(model) == '') then
+      if (model%laws%is_plain()) model%laws = laws_without_friction(model%n_multipliers)
+    else
       call make_error(error, 'the data ''' // find_mismatch(model) // &
         ''' of the model do not fit the rest of it, or are not valid', file=path, &
         hint=train_hint)

@@ -36,6 +36,7 @@ module sig_query
     procedure :: create
     procedure :: evaluate
     procedure :: continue
+    procedure :: end_history
     procedure :: start
     procedure :: advance
     procedure :: differentiate
@@ -114,6 +115,13 @@ contains
     end associate
     call answer_state(self, online, point, answer)
   end subroutine continue
+
+  !> Ends a history: the next state of `continue` begins one.
+  pure subroutine end_history(self)
+    class(query_t), intent(inout) :: self
+
+    if (allocated(self%parameters)) deallocate (self%parameters)
+  end subroutine end_history
 
   pure logical function goes_on(self, parameters, time)
     class(query_t), intent(in) :: self

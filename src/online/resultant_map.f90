@@ -33,7 +33,7 @@ module sig_resultant_map
   contains
     procedure :: n_entries
     procedure :: n_moments
-    procedure :: areas_that_touch
+    procedure :: sum_areas
     procedure :: evaluate
     procedure :: imbalances
     procedure :: complete
@@ -58,15 +58,16 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Returns for each entry of the deck's contact section the area [length**2, length in the plane] of its contacts with a force,
-  !> shape (n_entries). If a force is not a number, the area of its entry is none either.
-  pure function areas_that_touch(self, row_areas, forces) result(areas)
+  !> Sums for each entry of the deck's contact section the areas of its contacts with a force. If a force is not a number, the area
+  !> of its entry is none either. It allocates nothing.
+  pure subroutine sum_areas(self, row_areas, forces, areas)
     class(resultant_map_t), intent(in) :: self
     !> [length**2, length in the plane] area of each row, 0 in rows of tangential forces; shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] of all rows, or of the first ones; at least of all contacts
     real(rk), intent(in) :: forces(:)
-    real(rk) :: areas(size(self%names))
+    !> [length**2, length in the plane] shape (n_entries)
+    real(rk), intent(out) :: areas(:)
     integer :: k
 
     areas = 0
@@ -76,7 +77,7 @@ contains
         if (ieee_is_nan(forces(k))) area = ieee_value(1.0_rk, ieee_quiet_nan)
       end associate
     end do
-  end function areas_that_touch
+  end subroutine sum_areas
 
   !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those with a force, and the
   !> resultant force, and moment about the origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is
@@ -95,7 +96,7 @@ contains
     real(rk), intent(out) :: moments(:, :)
     integer :: i, k
 
-    areas = self%areas_that_touch(row_areas, multipliers)
+    call self%sum_areas(row_areas, multipliers, areas)
     forces = 0
     moments = 0
     do k = 1, size(self%entries)

@@ -7,6 +7,7 @@ module sig_history
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_expression, only: expression_t
   use sig_kinds, only: rk
+  use sig_rounding, only: rounding_of_data
   use sig_text, only: read_real, short_number, string_t, to_text
   implicit none(type, external)
   private
@@ -55,6 +56,7 @@ module sig_history
     procedure :: create
     procedure :: begin
     procedure :: at
+    procedure :: turn_between
     procedure :: n_values => n_values_of_tables
     procedure :: destroy
   end type table_values_t
@@ -215,6 +217,30 @@ contains
       end associate
     end do
   end function at
+
+  !> Returns the first time at which a table turns round (rises before it and falls behind it, or the other way) strictly between
+  !> two of the given times, or before the first one; -1 if there is none. Requires: begin.
+  pure real(rk) function turn_between(self, i_table, times) result(time)
+    class(table_values_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: i_table
+    !> ascending, > 0
+    real(rk), intent(in) :: times(:)
+    real(rk) :: before
+    integer :: i
+
+    before = 0
+    associate (nodes => self%nodes(:, self%starts(i_table):self%starts(i_table + 1) - 1), last => times(size(times)))
+      do i = 1, size(nodes, 2) - 1
+        time = nodes(1, i)
+        associate (change => nodes(2, i + 1) - nodes(2, i))
+          if (before * change < 0 .and. time > 0 .and. time < last .and. minval(abs(times - time)) > rounding_of_data * last) return
+          if (abs(change) > 0) before = change
+        end associate
+      end do
+    end associate
+    time = -1
+  end function turn_between
 
   !> Frees the expressions. Does nothing before create.
   subroutine destroy(self)

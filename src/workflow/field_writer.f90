@@ -159,7 +159,7 @@ contains
     real(rk) :: areas(model%resultants%n_entries())
     integer :: i
 
-    areas = model%resultants%areas_that_touch(model%areas, values%multipliers)
+    call model%resultants%sum_areas(model%areas, values%multipliers, areas)
     do i = 1, size(areas)
       call self%file%add_number('contact_' // to_text(i) // '_area', areas(i), model%fields%area_unit, &
         'area that touches: of the rows with a force; ' // model%resultants%names(i)%text)

@@ -196,6 +196,8 @@ static int refuse_wrong_arguments(const signorom_model *model, const signorom_si
   is_fine &= signorom_get_contact_nodes(model, 2, NULL, NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_contact_nodes(model, 1, NULL, NULL, NULL, NULL) == SIGNOROM_OK;
   is_fine &= signorom_get_contact_areas(NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_force_directions(NULL, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_force_directions(model, NULL, NULL) == SIGNOROM_OK;
   is_fine &= signorom_get_contact_entries(NULL, &node, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_contact_entries(model, &node, NULL, NULL) == SIGNOROM_OK && node == 1;
   is_fine &= signorom_contact_entry_name(model, 0) != NULL && signorom_contact_entry_name(model, 1) == NULL;

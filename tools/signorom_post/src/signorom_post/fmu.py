@@ -55,6 +55,11 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> str:
     if a library that the FMU needs is missing. NoAnswerError if the model has no answer in the middle of its box.
     OSError if the model file cannot be read or the FMU cannot be written.
     """
+    if (model.force_contacts != np.arange(len(model.force_contacts))).any():
+        raise InputError(
+            path,
+            "the model has friction or tied surfaces: FMUs of such models are not available, as friction remembers",
+        )
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
     nodes = places_of(model, path, tags)

@@ -103,6 +103,7 @@ _SIGNATURES = {
     ),
     "signorom_get_contact_nodes": (c_int, [c_void_p, c_int, _INTS, _INTS, _DOUBLES, _DOUBLES]),
     "signorom_get_contact_areas": (c_int, [c_void_p, _DOUBLES]),
+    "signorom_get_force_directions": (c_int, [c_void_p, _INTS, _DOUBLES]),
     "signorom_get_contact_entries": (c_int, [c_void_p, _INTS, _INTS, _INTS]),
     "signorom_contact_entry_name": (c_char_p, [c_void_p, c_int]),
     "signorom_get_resultants": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES]),

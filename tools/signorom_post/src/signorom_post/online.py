@@ -165,8 +165,33 @@ class Model:
 
     @property
     def contact_areas(self) -> FloatArray:
-        """Area of each contact, in plane models a length; shape (n_contacts). Pressure = contact force / area."""
+        """Area of each contact, in plane models a length, 0 of tangential forces; shape (n_contacts).
+
+        Pressure = contact force / area.
+        """
         return self._areas.copy()
+
+    @property
+    def force_contacts(self) -> IntArray:
+        """Contact, from 0, of each contact force: itself for a normal force; shape (n_contacts).
+
+        With friction the tangential forces come behind the normal ones. They count as contacts in all other arrays,
+        where their area is 0. Empty for a file of an earlier version that does not name its contacts.
+        """
+        return self._force_directions()[0]
+
+    @property
+    def force_directions(self) -> FloatArray:
+        """Force on the first surface of the deck's entry for each multiplier of 1, (n_contacts, n_dimensions)."""
+        return self._force_directions()[1]
+
+    def _force_directions(self) -> tuple[IntArray, FloatArray]:
+        contacts = np.zeros(self._sizes.n_contacts, dtype=np.intc)
+        directions = np.zeros((self._sizes.n_contacts, self._sizes.n_dimensions))
+        with self._handles.model() as model:
+            if self._library.signorom_get_force_directions(model, ints(contacts), doubles(directions)):
+                contacts, directions = contacts[:0], directions[:0]
+        return contacts.astype(np.int64), directions
 
     @property
     def contact_names(self) -> list[str]:

@@ -64,17 +64,21 @@ class Hdf5Input:
         """Returns an error about this file, which the caller raises."""
         return InputError(self.path, sentence)
 
-    def check_format(self, name: str, version: int) -> None:
-        """Raises InputError unless the attributes of the file say that its format is `name`, in version `version`."""
+    def check_format(self, name: str, version: int, oldest: int | None = None) -> None:
+        """Raises InputError unless the attributes of the file say that its format is `name`, in version `version`.
+
+        Versions from `oldest` on are read, too.
+        """
         found = self.attribute("/", "format")
         if found is None:
             raise self.fail(f"the file is not a '{name}' file: it has no attribute 'format'")
         if found != name:
             raise self.fail(f"the file is a '{found}' file; a '{name}' file is needed")
         found_version = self.attribute("/", "format_version")
-        if found_version != version:
+        first = version if oldest is None else oldest
+        if not isinstance(found_version, int) or not first <= found_version <= version:
             sentence = f"the file has format version {found_version}; this tool reads version {version}"
-            is_older = isinstance(found_version, int) and found_version < version
+            is_older = isinstance(found_version, int) and found_version < first
             raise self.fail(sentence + ("; run the command that wrote it again" if is_older else ""))
 
     @contextmanager

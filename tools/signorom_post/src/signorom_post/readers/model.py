@@ -91,7 +91,7 @@ class Model:
 def read_model(path: Path) -> Model:
     """Returns the contents of model.h5; InputError if the file is missing, damaged or inconsistent."""
     with Hdf5Input(path) as file:
-        file.check_format("signorom model", 6)
+        file.check_format("signorom model", 7, oldest=6)
         names = file.texts("/parameters/names")
         units = file.texts("/parameters/units")
         points = file.reals("/parameters/training_points", 2)

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Decks with friction and tied surfaces through all commands. Forces of other programs: tests/verification."""
+
+import numpy as np
+import pytest
+
+from block_meshes import stacked_blocks
+from results import read_fields, read_table
+from runs import refuse
+
+# The blocks are 1 wide and 1 high each; tests with a known answer prescribe forces, so that only their sums count.
+DECK = """title: A block that is pressed and sheared
+units: {length: m, force: N, time: h}
+mesh: {file: part.msh, model: plane_strain}
+parameters: {P: {min: 1, max: 9, unit: Pa}, mu: {min: 0.3, max: 1}}
+history:
+  tables:
+    load: {time: [0, 1, 4], value: [0, P, P]}
+    shear: {time: [0, 1, 2, 3, 4], value: [0, 0, "0.25 * P", "-0.25 * P", 0]}
+  steps:
+    - {until: 1, increments: 2}
+    - {until: 4, increments: 6}
+materials: {all: {regions: [lower, upper], young_modulus: 2.0e6, poisson_ratio: 0.3}}
+boundary_conditions: [{boundary: bottom, displacement: {x: 0, y: 0}}]
+loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]
+contact: [{first: lower_face, second: upper_face, friction: mu}]
+training: {grid: {P: 2, mu: 2}}
+test: {sobol: 2, seed: 1}
+reduction: {fields: true}
+output: {points: [{P: 4, mu: 0.8}, {P: 4, mu: 0.3}]}
+"""
+TIMES = np.arange(0.5, 4.1, 0.5)
+SHEAR = np.interp(TIMES, [0, 1, 2, 3, 4], [0, 0, 1, -1, 0])
+
+
+def write_deck(folder, n_dim=2, **changes):
+    """Mesh and deck, with texts replaced."""
+    folder.mkdir(exist_ok=True)
+    stacked_blocks("Q4" if n_dim == 2 else "H8", n_dim).write(folder / "part.msh")
+    text = (
+        DECK
+        if n_dim == 2
+        else DECK.replace("plane_strain", "solid").replace("{x: 0, y: 0}", "{x: 0, y: 0, z: 0}")
+    )
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "part.yaml").write_text(text)
+    return folder / "part.yaml"
+
+
+def forces_of(table, row, kind):
+    """Forces lambda_k or tau_k of a row of a table."""
+    return np.array([values[row] for name, values in table.items() if name.startswith(f"{kind}_")])
+
+
+@pytest.fixture(scope="module")
+def results(signorom, tmp_path_factory):
+    """Results of `run` on one rank."""
+    folder = tmp_path_factory.mktemp("friction")
+    signorom("run", write_deck(folder), folder=folder)
+    return folder / "results" / "part"
+
+
+def test_history(results):
+    """Sums of forces are those of the loads, and no contact has more friction than it may."""
+    table = read_table(results / "history.csv")
+    assert set(table["status"]) == {"converged"}
+    for row, (mu, time) in enumerate(zip(table["mu"], table["time"], strict=True)):
+        normal, tangential = forces_of(table, row, "lambda"), forces_of(table, row, "tau")
+        assert normal.sum() == pytest.approx(4 * min(time, 1), rel=1e-10)
+        assert tangential.sum() == pytest.approx(SHEAR[np.isclose(TIMES, time)][0], abs=1e-10)
+        assert (np.abs(tangential) <= mu * normal * (1 + 1e-10) + 1e-12).all()
+        # the resultant is that of friction and pressure, on the lower block
+        assert table["contact_1_force_x"][row] == pytest.approx(tangential.sum(), abs=1e-10)
+        assert table["contact_1_force_y"][row] == pytest.approx(-normal.sum(), rel=1e-10)
+    # with mu = 0.3 something slips and stays behind: the unloaded state is another one than after pressing
+    with_slip = [row for row, mu in enumerate(table["mu"]) if mu == 0.3]
+    pressed, unloaded = (forces_of(table, with_slip[k], "tau") for k in (1, 7))
+    assert np.abs(pressed - unloaded).max() > 0.05
+
+
+def test_model_is_exact(signorom, tmp_path, results):
+    """The model answers the states of the full order, also at times of a file."""
+    table = read_table(results / "validation.csv")
+    assert max(table["e_lambda_all"]) < 1e-12
+    assert max(table["e_u_energy_relative"]) < 1e-10
+    signorom("predict", results / "model.h5", "--at", "P=4,mu=0.3", "--output", "t.csv", folder=tmp_path)
+    answers, wanted = read_table(tmp_path / "t.csv"), read_table(results / "history.csv")
+    assert max(answers["error_bound"]) < 1e-12
+    for row in range(len(TIMES)):
+        for kind in ("lambda", "tau"):
+            assert forces_of(answers, row, kind) == pytest.approx(forces_of(wanted, row + 8, kind), abs=1e-11)
+    # a deck with these tables says the same
+    (tmp_path / "h.csv").write_text("time,load,shear\n0.5,3,0\n0.75,3,0.8\n2,3,-0.7\n")
+    command = ["predict", results / "model.h5", "--at", "P=5,mu=0.35", "--history", "h.csv"]
+    signorom(*command, "--output", "t.csv", folder=tmp_path)
+    tables = {
+        "[0, 1, 4], value: [0, P, P]": "[0.5, 2], value: [3, 3]",
+        '[0, 1, 2, 3, 4], value: [0, 0, "0.25 * P", "-0.25 * P", 0]': "[0.5, 0.75, 2], value: [0, 0.8, -0.7]",
+        "{until: 1, increments: 2}": "{until: 0.5, increments: 1}\n    - {until: 0.75, increments: 1}",
+        "{until: 4, increments: 6}": "{until: 2, increments: 1}",
+    }
+    signorom("solve", write_deck(tmp_path, **tables), "--at", "P=5,mu=0.35", folder=tmp_path)
+    answers = read_table(tmp_path / "t.csv")
+    wanted = read_table(tmp_path / "results" / "part" / "history.csv")
+    for row in range(3):
+        assert forces_of(answers, row, "tau") == pytest.approx(forces_of(wanted, row, "tau"), abs=1e-11)
+
+
+@pytest.mark.parametrize("n_ranks", [2, 3])
+def test_ranks(signorom, tmp_path, results, n_ranks):
+    """Whole histories go to groups of ranks, and all say the same."""
+    signorom("run", write_deck(tmp_path), folder=tmp_path, n_ranks=n_ranks)
+    there = tmp_path / "results" / "part"
+    for name in ("history.csv", "validation.csv"):
+        one, other = read_table(results / name), read_table(there / name)
+        assert one.keys() == other.keys()
+    for row in range(16):
+        for kind in ("lambda", "tau"):
+            mine = forces_of(read_table(there / "history.csv"), row, kind)
+            assert mine == pytest.approx(forces_of(read_table(results / "history.csv"), row, kind), abs=1e-10)
+
+
+def test_histories_are_sampled_whole(signorom, tmp_path):
+    """A point that is added brings its whole history; those that are there stay."""
+    signorom(
+        "sample", write_deck(tmp_path, **{"grid: {P: 2, mu: 2}": "grid: {P: 2, mu: 3}"}), folder=tmp_path
+    )
+    assert "sampled 32 points (32 were there)" in signorom("sample", write_deck(tmp_path), folder=tmp_path)
+
+
+@pytest.mark.parametrize(("share", "slides"), [(0.299, False), (0.301, True)])
+def test_sliding(signorom, tmp_path, share, slides):
+    """A low block slides as soon as the shear is more than mu P, and not before."""
+    shear = f'"{share} * P"'
+    changes = {
+        '"0.25 * P", "-0.25 * P", 0]': f"{shear}, 0, 0]",
+        "output: {points: [{P: 4, mu: 0.8}, ": "output: {points: [",
+    }
+    deck = write_deck(tmp_path, **changes)
+    done = signorom.run("solve", deck, folder=tmp_path)
+    assert done.returncode == (3 if slides else 0)
+    if slides:
+        assert "time = 2.0 h" in done.stderr
+        assert (
+            "a body slides, because friction cannot hold it against the loads; it moves: 'upper'"
+            in done.stderr
+        )
+        assert "nor has this history a solution at its 4 later times" in done.stderr
+        status = read_table(tmp_path / "results" / "part" / "history.csv")["status"]
+        assert [text == "converged" for text in status] == [True] * 3 + [False] * 5
+
+
+def test_full_slip(signorom, tmp_path):
+    """Drawn far by its top, a block slips everywhere: friction is mu times pressure, and turns with the motion."""
+    changes = {
+        "loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]": "",
+        "boundary_conditions: [": "boundary_conditions: [{boundary: top, displacement: {x: 1e-3 * shear, y: -1e-6 * load}}, ",
+        "mu: {min: 0.3, max: 1}": "mu: {min: 0.05, max: 1}",
+        "{P: 4, mu: 0.3}": "{P: 4, mu: 0.1}",
+    }
+    signorom("solve", write_deck(tmp_path, **changes), folder=tmp_path)
+    table = read_table(tmp_path / "results" / "part" / "history.csv")
+    for row in range(8 + 3, 16):
+        normal, tangential = forces_of(table, row, "lambda"), forces_of(table, row, "tau")
+        sign = 1 if table["time"][row] <= 2 or table["time"][row] > 3 else -1
+        assert tangential == pytest.approx(sign * 0.1 * normal, rel=1e-9)
+
+
+def test_space(signorom, tmp_path):
+    """Two tangential forces of each contact, with their directions."""
+    changes = {
+        "traction: {x: shear}": "traction: {x: shear, y: 0.5 * shear}",
+        "test: {sobol: 2, seed: 1}\n": "",
+    }
+    signorom("run", write_deck(tmp_path, 3, **changes), folder=tmp_path)
+    there = tmp_path / "results" / "part"
+    table = read_table(there / "history.csv")
+    assert any(name.endswith("_2") for name in table if name.startswith("tau_"))
+    for row in range(16):
+        first, second = ("contact_1_force_" + axis for axis in "xy")
+        wanted = np.interp(table["time"][row], TIMES, SHEAR)
+        assert [table[first][row], table[second][row]] == pytest.approx([wanted, 0.5 * wanted], abs=1e-9)
+    signorom("predict", there / "model.h5", "--at", "P=4,mu=0.3", "--output", "t.csv", folder=tmp_path)
+    answers = read_table(tmp_path / "t.csv")
+    for row in range(8):
+        assert forces_of(answers, row, "tau") == pytest.approx(forces_of(table, row + 8, "tau"), abs=1e-10)
+
+
+def test_python(post, results):
+    """One time after the other, arrays, and no answer of a state alone."""
+    table = read_table(results / "history.csv")
+    wanted = [
+        np.concatenate([forces_of(table, row, kind) for kind in ("lambda", "tau")]) for row in range(8, 16)
+    ]
+    with post.Model(results / "model.h5") as model:
+        n = len(wanted[0]) // 2
+        assert list(model.force_contacts) == list(range(n)) * 2
+        # on the lower block, whose normal points up: pressure downwards, friction as the shear of the upper block
+        assert model.force_directions == pytest.approx(np.repeat([[0, -1], [1, 0]], n, axis=0))
+        assert (model.contact_areas[n:] == 0).all()
+        sides = model.contact_sides
+        assert list(sides[0].tags) == list(sides[0].tags[:n]) * 2
+        assert model.query_history(np.array([[4, 0.3]])).multipliers[0] == pytest.approx(
+            np.array(wanted), abs=1e-11
+        )
+        with model.start(P=4, mu=0.3) as history:
+            for time, forces in zip(TIMES, wanted, strict=True):
+                answer = history.advance(time)
+                assert answer.multipliers == pytest.approx(forces, abs=1e-11)
+            with pytest.raises(post.NoAnswerError, match="derivatives of contact with friction"):
+                _ = answer.gradient
+        state = dict(P=4, mu=0.3, time=1, load=4, shear=0)
+        with pytest.raises(post.NoAnswerError, match="friction remembers"):
+            model.query(**state)
+
+
+def test_fmu_is_refused(signorom, post, results, tmp_path):
+    """An FMU asks states alone."""
+    from signorom_post.errors import InputError
+    from signorom_post.fmu import write_fmu
+
+    with post.Model(results / "model.h5") as model, pytest.raises(InputError, match="friction"):
+        write_fmu(model, results / "model.h5", tmp_path / "model.fmu", [])
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"reduction: {fields: true}": "solver: {type: active_set}"},
+            "active_set solves neither friction nor tied",
+        ),
+        ({"reduction: {fields: true}": "solver: {linear: gamg}"}, "need the condensed solver, which factors"),
+        (
+            {"reduction: {fields: true}": "reduction: {method: hhr}"},
+            "hyper-reduction solves for a part of the contacts",
+        ),
+        (
+            {"reduction: {fields: true}": "clusters: {number: 2, method: irregular}"},
+            "clusters are those of hyper-reduction",
+        ),
+        (
+            {"young_modulus: 2.0e6": "young_modulus: 2.0e6 * mu"},
+            "elastic constants that depend on parameters",
+        ),
+        (
+            {"second: upper_face": "obstacle: {type: half_space, point: [0, 1 + P], normal: [0, -1]}"},
+            "friction with obstacles that move is not available",
+        ),
+        ({"friction: mu": "friction: mu - 1"}, "it must be at least 0"),
+        ({"friction: mu": "friction: 1 / (mu - 0.3)"}, "which is not finite at"),
+        ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
+    ],
+    ids=["active_set", "gamg", "hhr", "clusters", "stiffness", "obstacle", "negative", "nan", "tied"],
+)
+def test_refusals(signorom, tmp_path, changes, said):
+    """Exit code 2 and a sentence before anything is solved."""
+    assert said in refuse(signorom, "check", write_deck(tmp_path, **changes), folder=tmp_path)
+
+
+def test_warnings(signorom, tmp_path):
+    """`check` names large coefficients, loads that begin with a jump, and turns inside of a step."""
+    changes = {
+        "mu: {min: 0.3, max: 1}": "mu: {min: 0.3, max: 2}",
+        "[0, P, P]": "[1, P, P]",
+        "increments: 6": "increments: 4",
+    }
+    said = signorom.run("check", write_deck(tmp_path, **changes), folder=tmp_path).stderr
+    assert "contact[1] (lower_face - upper_face): the coefficient of friction is up to 2.0" in said
+    assert "loads or prescribed displacements are not 0 at the time 0" in said
+    assert "the table 'shear' turns round at the time 2.0, inside of a step" in said
+    assert "warning" not in signorom.run("check", write_deck(tmp_path), folder=tmp_path).stderr
+
+
+def test_units(signorom, tmp_path, results):
+    """In mm and MPa the forces are the same; the mesh is in m."""
+    changes = {
+        "units: {length: m,": "units: {length: mm,",
+        "{file: part.msh,": "{file: part.msh, length_unit: m,",
+        # per thickness of 1 mm, and stresses in N/mm^2: forces per thickness are those in m over 1000
+        "young_modulus: 2.0e6": "young_modulus: 2.0",
+        "pressure: load": "pressure: 1e-6 * load",
+        "traction: {x: shear}": "traction: {x: 1e-6 * shear}",
+    }
+    signorom("solve", write_deck(tmp_path, **changes), folder=tmp_path)
+    table, wanted = (
+        read_table(tmp_path / "results" / "part" / "history.csv"),
+        read_table(results / "history.csv"),
+    )
+    for row in range(16):
+        for kind in ("lambda", "tau"):
+            assert 1e3 * forces_of(table, row, kind) == pytest.approx(forces_of(wanted, row, kind), abs=1e-10)
+
+
+@pytest.mark.parametrize("moved", [0.0, 0.25])
+def test_tied(signorom, tmp_path, moved):
+    """Blocks whose nodes match or not hang together under a pull, as one bar of the height 2; nu = 0."""
+    changes = {
+        "friction: mu": "tied: true",
+        "poisson_ratio: 0.3": "poisson_ratio: 0",
+        "pressure: load": "pressure: -load",
+        "loads: [": "loads: [",
+        ", {boundary: top, traction: {x: shear}}": "",
+        "mu: {min: 0.3, max: 1}": "mu: {min: 0.3, max: 1}",
+    }
+    deck = write_deck(tmp_path, **changes)
+    stacked_blocks("Q4", 2, moved=moved).write(tmp_path / "part.msh")
+    signorom("run", deck, folder=tmp_path)
+    there = tmp_path / "results" / "part"
+    fields = read_fields(there / "fields.h5", 8)
+    assert fields["displacement"][:, 1].max() == pytest.approx(2 * 4 / 2.0e6, rel=1e-9)
+    assert fields["stress"][:, 1] == pytest.approx(4, rel=1e-9)
+    table = read_table(there / "history.csv")
+    assert table["contact_force"][7] == pytest.approx(-4, rel=1e-9)
+    assert max(read_table(there / "validation.csv")["e_lambda_all"]) < 1e-10
+
+
+def test_tied_along_the_normal(signorom, tmp_path):
+    """Surfaces that only slip do not open under a pull, and no shear goes through."""
+    changes = {
+        "friction: mu": "tied: normal",
+        "pressure: load": "pressure: -load",
+        "{boundary: top, traction: {x: shear}}": "{region: upper, body_force: {x: 1e-3 * shear}}",
+        "boundary_conditions: [": "boundary_conditions: [{boundary: left, displacement: {x: 0}}, ",
+    }
+    signorom("solve", write_deck(tmp_path, **changes), folder=tmp_path)
+    table = read_table(tmp_path / "results" / "part" / "history.csv")
+    assert set(table["status"]) == {"converged"}
+    assert table["contact_1_force_y"][7] == pytest.approx(4, rel=1e-9)
+    assert table["contact_1_force_x"][5] == pytest.approx(0, abs=1e-12)
