@@ -37,6 +37,10 @@ module sig_answer_block
     integer :: n_points = 0
     !> [force] of all contacts, shape (n_multipliers, capacity)
     real(rk), allocatable :: multipliers(:, :)
+    !> [length] slip since the last time, shape (n_multipliers, capacity), and whether each contact slips, shape (n_contacts,
+    !> capacity); zero and false without friction
+    real(rk), allocatable :: slip(:, :)
+    logical, allocatable :: slips(:, :)
     !> these components of the answers, shape (capacity). methods: 0 without an answer; bounds: [-], negative where there is none;
     !> is_outside: the point is outside of the trained box
     integer, allocatable :: clusters(:)
@@ -81,6 +85,8 @@ contains
     self%online => online
     allocate (self%askers(n_threads), self%points(size(online%model%parameter_names), capacity))
     allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
+    allocate (self%slip(online%model%n_multipliers, capacity), source=0.0_rk)
+    allocate (self%slips(online%model%laws%n_contacts, capacity), source=.false.)
     allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%bounds(capacity), &
       self%displacement_bounds(capacity), self%is_outside(capacity))
     do i = 1, n_threads
@@ -126,6 +132,10 @@ contains
         call asker%query%continue(self%online, self%points(:, i), asker%answer)
         self%is_outside(i) = .not. asker%answer%is_inside_box
         call reconstruct_multipliers(self%online, asker%answer, asker%rooms, self%multipliers(:, i))
+        if (allocated(asker%answer%slip) .and. asker%answer%reason > 0) then
+          self%slip(:, i) = asker%answer%slip
+          self%slips(:, i) = asker%answer%slips
+        end if
         self%clusters(i) = asker%answer%cluster
         self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
         self%reasons(i) = asker%answer%reason
@@ -160,7 +170,7 @@ contains
     do i = 1, size(self%askers)
       call self%askers(i)%query%destroy()
     end do
-    deallocate (self%askers, self%points, self%multipliers, self%clusters, self%methods, self%reasons, self%n_solutions, &
+    deallocate (self%askers, self%points, self%multipliers, self%slip, self%slips, self%clusters, self%methods, self%reasons, self%n_solutions, &
       self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
@@ -200,6 +210,7 @@ contains
     end if
     text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
       bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ','
-    text = text // force_values(self%online%model, self%multipliers(:, i), self%reasons(i) > 0)
+    text = text // force_values(self%online%model, self%multipliers(:, i), self%slip(:, i), self%slips(:, i), &
+      self%reasons(i) > 0)
   end function line
 end module sig_answer_block

@@ -30,6 +30,7 @@ module sig_stage_report
   use sig_text, only: append_text, counted, join, string_t
   use sig_unheld_bodies, only: moving_bodies, unheld_warning
   use sig_version, only: build_type
+  use sig_work_balance, only: report_work
   use petsc
   implicit none(type, external)
   private
@@ -112,6 +113,7 @@ contains
     call report%add('times/output', solved%output_seconds)
     call report_states(problem%deck, points, solved%states, report)
     call report_resultants(problem, solved%states, report)
+    call report_work(problem, points, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)
     call warn_of_deformations(problem, solved, report)
     warning = unheld_warning(problem%deck, problem%mesh, problem%motions, points, solved%states)

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> How well an answer meets (3): equilibrium, penetration, sign of the multipliers, complementarity, balance of forces.
+!> How well an answer meets (3): equilibrium, penetration, sign of the multipliers, complementarity, balance of forces. Beside it
+!> the energy, which needs the same product with K.
 module sig_contact_residuals
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_contact_state, only: contact_state_t
@@ -24,13 +25,13 @@ module sig_contact_residuals
 
 contains
 
-  !> Computes the residuals and the reactions of one state. Collective on the system's communicator.
+  !> Computes the residuals, the energy and the reactions of one state. Collective on the system's communicator.
   subroutine measure_residuals(system, theta, state, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms, shape (n_terms)
     real(rk), intent(in) :: theta(:)
-    !> in: displacement and multipliers; out: also residuals, and reactions on all prescribed dofs (0 elsewhere), on every rank. A
-    !> positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
+    !> in: displacement and multipliers; out: also residuals, energy, and reactions on all prescribed dofs (0 elsewhere), on every
+    !> rank. A positive reason becomes reason_linear_solver if a displacement or multiplier is not finite
     type(contact_state_t), intent(inout) :: state
     PetscErrorCode, intent(out) :: ierr
     type(contact_state_t) :: states(1)
@@ -39,6 +40,7 @@ contains
     states(1) = state
     PetscCall(measure_block(system, reshape(theta, [size(theta), 1]), states, reactions, ierr))
     state%residuals = states(1)%residuals
+    state%energy = states(1)%energy
     state%reason = states(1)%reason
     if (.not. allocated(state%reactions)) allocate (state%reactions(system%map%n_dofs))
     state%reactions = 0
@@ -73,7 +75,7 @@ contains
     held = pack([(i, i=1, system%map%n_local_dofs)], is_held(system%map%local_dofs))
   end function own_prescribed
 
-  !> Computes the residuals of several states, and the reactions on this rank. Collective.
+  !> Computes the residuals and the energy of several states, and the reactions on this rank. Collective.
   subroutine measure_block(system, theta, states, reactions, ierr)
     type(contact_system_t), intent(inout) :: system
     !> [-] values of the terms at each point, shape (n_terms, n_points)
@@ -83,7 +85,7 @@ contains
     !> [force] reactions at the prescribed dofs of this rank, in the order of own_prescribed; shape (n_held, n_points)
     real(rk), allocatable, intent(out) :: reactions(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 2, size(states))
+    real(rk) :: largest(n_largest, size(states)), sums(system%map%n_dim + 3, size(states))
     real(rk), allocatable :: columns(:, :), forces(:, :)
     type(load_pattern_t) :: pattern
     integer, allocatable :: held(:), loaded(:)
@@ -100,7 +102,9 @@ contains
     PetscCall(multiply_block(system%stiffness, columns, forces, ierr))
     do i = 1, size(states)
       largest(2, i) = largest_size(forces(:, i))
-      call add_forces(system, theta(:, i), states(i)%multipliers, loaded, forces(:, i), largest(3, i), sums(:, i))
+      sums(system%map%n_dim + 3, i) = dot_product(columns(:, i), forces(:, i)) / 2
+      call add_forces(system, theta(:, i), states(i)%multipliers, loaded, forces(:, i), largest(3, i), &
+        sums(:system%map%n_dim + 2, i))
       reactions(:, i) = forces(held, i)
       forces(held, i) = 0
       largest(1, i) = largest_size(forces(:, i))
@@ -109,6 +113,7 @@ contains
     PetscCall(sum_over_ranks(system%comm, sums, ierr))
     do i = 1, size(states)
       call compare(system, theta(:, i), sizes_at(system, theta(:, i)), largest(:, i), sums(:, i), states(i))
+      states(i)%energy = sums(system%map%n_dim + 3, i)
     end do
   end subroutine measure_block
 
@@ -162,7 +167,7 @@ contains
     type(problem_sizes_t), intent(in) :: sizes
     !> [force] largest of all ranks: see n_largest
     real(rk), intent(in) :: largest(n_largest)
-    !> [force] those of add_forces, summed over all ranks
+    !> [force] those of add_forces, summed over all ranks; then the energy
     real(rk), intent(in) :: sums(:)
     !> in: displacement and multipliers; out: also residuals; the reason changes if a value is not finite
     type(contact_state_t), intent(inout) :: state

@@ -46,6 +46,8 @@ module sig_contact_state
     integer :: n_solutions = 1
     !> [force] forces of the supports on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not set by measure_points
     real(rk), allocatable :: reactions(:)
+    !> [force*length] u . K u / 2, the elastic energy where no strains are imposed
+    real(rk) :: energy = 0
     !> whether each row may carry a force: its contact is closed; shape (n_rows)
     logical, allocatable :: is_active(:)
     !> number of steps of the contact solver

@@ -20,7 +20,7 @@ contains
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
     integer :: counts(4)
-    real(rk) :: numbers(6)
+    real(rk) :: numbers(7)
 
     counts = [state%n_iterations, state%n_linear_iterations, state%reason, state%n_solutions]
     PetscCallMPI(MPI_Bcast(counts, size(counts), MPI_INTEGER, root, comm, ierr))
@@ -29,7 +29,8 @@ contains
     state%reason = counts(3)
     state%n_solutions = counts(4)
     associate (r => state%residuals)
-      numbers = [r%equilibrium, r%penetration, r%negative_multiplier, r%complementarity, r%force_balance, state%seconds]
+      numbers = [r%equilibrium, r%penetration, r%negative_multiplier, r%complementarity, r%force_balance, state%seconds, &
+        state%energy]
       PetscCallMPI(MPI_Bcast(numbers, size(numbers), MPI_DOUBLE_PRECISION, root, comm, ierr))
       r%equilibrium = numbers(1)
       r%penetration = numbers(2)
@@ -38,6 +39,7 @@ contains
       r%force_balance = numbers(5)
     end associate
     state%seconds = numbers(6)
+    state%energy = numbers(7)
     PetscCall(broadcast_values(state%displacement, root, comm, ierr))
     PetscCall(broadcast_values(state%multipliers, root, comm, ierr))
     PetscCall(broadcast_values(state%reactions, root, comm, ierr))

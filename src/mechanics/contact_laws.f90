@@ -18,6 +18,7 @@ module sig_contact_laws
   contains
     procedure :: is_plain
     procedure :: remembers
+    procedure :: have_friction
     procedure :: friction_at
     procedure :: contacts_of_forces
   end type contact_laws_t
@@ -48,8 +49,16 @@ contains
     class(contact_laws_t), intent(in) :: self
 
     remembers = allocated(self%tangents)
-    if (remembers) remembers = any(self%tangents(1, :) > 0 .and. .not. self%is_tied)
+    if (remembers) remembers = any(self%have_friction())
   end function remembers
+
+  !> Returns which contacts may slip with friction, shape (n_contacts); a coefficient of 0 is friction, too.
+  pure function have_friction(self)
+    class(contact_laws_t), intent(in) :: self
+    logical :: have_friction(self%n_contacts)
+
+    have_friction = self%tangents(1, :) > 0 .and. .not. self%is_tied
+  end function have_friction
 
   !> Returns the coefficients of friction [-] for given values of the terms, shape (n_contacts).
   pure function friction_at(self, theta) result(friction)

@@ -6,7 +6,7 @@
 module sig_friction_steps
   use sig_contact_laws, only: contact_laws_t
   use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
-    friction_workspace_t, solve_friction
+                                  friction_workspace_t, solve_friction
   use sig_kinds, only: rk
   use sig_reasons, only: reason_converged
   implicit none(type, external)
@@ -28,6 +28,7 @@ module sig_friction_steps
     procedure :: count_answers
     procedure :: fill_unknowns
     procedure :: motion
+    procedure :: slipping
   end type friction_steps_t
 
   !> What is carried from one time to the next, and the answer at the present time.
@@ -46,7 +47,6 @@ module sig_friction_steps
   contains
     procedure :: begin
     procedure :: is_open
-    procedure :: slips
     procedure :: change_to_exact
   end type friction_memory_t
 
@@ -119,7 +119,7 @@ contains
     if (memory%has_begun) memory%origins = -memory%solution%openings
     memory%has_begun = .true.
     call solve_friction(self%compliance, memory%openings, memory%origins, friction, self%contacts, memory%solution, &
-      memory%workspace)
+                        memory%workspace)
     memory%slip = 0
     if (memory%solution%reason /= reason_converged) return
     do k = 1, self%contacts%n_contacts
@@ -161,20 +161,24 @@ contains
     openings = memory%solution%lambda(size(memory%slip) + 1:)
   end function motion
 
-  !> Returns which contacts are open, and which slip; shape (n_contacts).
+  !> Returns which contacts slip; shape (n_contacts). Those without friction slip wherever they are closed. A contact with friction
+  !> sticks where prescribed displacements leave it no direction to slip in.
+  pure function slipping(self, memory)
+    class(friction_steps_t), intent(in) :: self
+    type(friction_memory_t), intent(in) :: memory
+    logical :: slipping(self%contacts%n_contacts)
+
+    slipping = memory%solution%states == contact_slips .and. &
+               (self%laws%tangents(1, :) > 0 .or. .not. self%laws%friction_factors > 0)
+  end function slipping
+
+  !> Returns which contacts are open; shape (n_contacts).
   pure function is_open(self)
     class(friction_memory_t), intent(in) :: self
     logical :: is_open(size(self%solution%states))
 
     is_open = self%solution%states == contact_open
   end function is_open
-
-  pure function slips(self)
-    class(friction_memory_t), intent(in) :: self
-    logical :: slips(size(self%solution%states))
-
-    slips = self%solution%states == contact_slips
-  end function slips
 
   !> Returns a change of the openings [length] for which the forces of the last step are exact, by the law of each contact alone:
   !> gaps of contacts with a force, overlaps of others; slips of contacts that stick, and of those that slip the part that is not

@@ -40,6 +40,10 @@ module sig_answer
     !> `scale` of the part. In a part of the kind tied those of the changing rows come first. Zero if a part of the kind hhr
     !> answered
     real(rk), allocatable :: unknowns(:)
+    !> [length] slip since the last time in tangential rows, 0 in all others; shape (n_multipliers), not allocated without friction
+    real(rk), allocatable :: slip(:)
+    !> whether each contact slips, shape (n_contacts), not allocated without friction
+    logical, allocatable :: slips(:)
     !> one of sig_lcp's methods, or answer_condensed; method_name gives its name
     integer :: method = 0
     !> one of sig_reasons

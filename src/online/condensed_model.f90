@@ -213,6 +213,10 @@ contains
       answer%n_solutions = merge(1, 0, solution%reason > 0)
       if (answer%reason <= 0) return
       answer%multipliers = solution%lambda(:n)
+      if (steps%laws%remembers()) then
+        answer%slip = room%memory%slip
+        answer%slips = steps%slipping(room%memory)
+      end if
       call steps%fill_unknowns(room%memory, answer%unknowns)
     end associate
     matrix => compliance%matrix(room%point)

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Sums over each entry of the deck's contact section: area of the closed contacts, resultant force and moment.
+!> Sums over each entry of the deck's contact section: area of the closed contacts, resultant force and moment; with friction also
+!> the share of this area that slips, and the work of friction.
 module sig_resultant_map
   use, intrinsic :: ieee_arithmetic, only: ieee_is_nan, ieee_quiet_nan, ieee_value
+  use sig_contact_laws, only: contact_laws_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
@@ -13,8 +15,9 @@ module sig_resultant_map
   private
   public :: resultant_map_t
 
-  !> The resultants are linear in the multipliers, because geometry and normals are those of the undeformed mesh. Forces act on the
-  !> first surface that the entry names, also where the rows belong to the second one. The moment about the origin is x cross f:
+  !> The resultants are linear in the multipliers, because geometry and normals are those of the undeformed mesh. They sum normal
+  !> and tangential forces: friction is in them. Forces act on the first surface that the entry names, also where the rows belong to
+  !> the second one. The moment about the origin is x cross f:
   !> three numbers in space, x f_y - y f_x in the plane. In axisymmetry both are sums over the full turn of components in the half
   !> plane r, z: F_r is the sum of the radial forces, though these have no resultant in space, and r f_z - z f_r shows at which
   !> radius F_z acts.
@@ -35,6 +38,9 @@ module sig_resultant_map
     procedure :: n_moments
     procedure :: sum_areas
     procedure :: evaluate
+    procedure :: has_friction
+    procedure :: slip_shares
+    procedure :: dissipations
     procedure :: imbalances
     procedure :: complete
     procedure :: fits
@@ -105,6 +111,53 @@ contains
       moments(:, i) = moments(:, i) + multipliers(k) * self%unit_moments(:, k)
     end do
   end subroutine evaluate
+
+  !> Whether contacts of an entry of the deck's contact section may slip with friction.
+  pure logical function has_friction(self, laws, i_entry)
+    class(resultant_map_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
+    !> 1-based
+    integer, intent(in) :: i_entry
+
+    has_friction = laws%remembers()
+    if (has_friction) has_friction = any(laws%have_friction() .and. self%entries(:laws%n_contacts) == i_entry)
+  end function has_friction
+
+  !> Returns for each entry of the deck's contact section which share [-] of the area that touches slips; 0 where nothing touches.
+  !> Shape (n_entries).
+  pure function slip_shares(self, row_areas, multipliers, slips) result(shares)
+    class(resultant_map_t), intent(in) :: self
+    !> [length**2, length in the plane] shape (n_multipliers)
+    real(rk), intent(in) :: row_areas(:)
+    !> [force] same shape
+    real(rk), intent(in) :: multipliers(:)
+    !> whether each contact slips, shape (n_contacts)
+    logical, intent(in) :: slips(:)
+    real(rk) :: shares(size(self%names))
+    real(rk) :: areas(size(self%names)), slipping(size(self%names))
+
+    areas = self%areas_that_touch(row_areas, multipliers(:size(slips)))
+    slipping = self%areas_that_touch(row_areas, merge(multipliers(:size(slips)), 0.0_rk, slips))
+    shares = 0
+    where (areas > 0) shares = slipping / areas
+  end function slip_shares
+
+  !> Returns for each entry of the deck's contact section the work [force*length] of its friction since the last time: the sum of
+  !> tangential force times slip, with the forces at the end of the step. Shape (n_entries).
+  pure function dissipations(self, multipliers, slip) result(work)
+    class(resultant_map_t), intent(in) :: self
+    !> [force] shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+    !> [length] same shape, 0 in normal rows
+    real(rk), intent(in) :: slip(:)
+    real(rk) :: work(size(self%names))
+    integer :: k
+
+    work = 0
+    do k = 1, size(self%entries)
+      work(self%entries(k)) = work(self%entries(k)) + multipliers(k) * slip(k)
+    end do
+  end function dissipations
 
   !> Returns the moments [force*length], about the origin, of the forces on both surfaces of each entry together, shape (n_moments,
   !> n_entries): 0, except for rounding, where the two surfaces balance, and 0 for an obstacle; NaN for a model from an older file.

@@ -61,7 +61,7 @@ contains
     state%friction = friction
     state%origins = memory%origins(:n)
     state%slip = memory%slip
-    state%slips = memory%slips()
+    state%slips = steps%slipping(memory)
     allocate (state%is_active(n), source=.false.)
     associate (is_open => memory%is_open())
       do k = 1, steps%laws%n_contacts

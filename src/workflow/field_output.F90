@@ -187,16 +187,22 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(text_buffer_t) :: buffer
     integer :: i
-    real(rk) :: multipliers(header%n_multipliers)
-    logical :: is_solved
+    real(rk) :: multipliers(header%n_multipliers), slip(header%n_multipliers)
+    logical :: is_solved, slips(header%laws%n_contacts)
 
     call buffer%add(join(header%parameter_names, ',') // ',status,' // force_columns(header) // new_line('a'))
     do i = 1, size(states)
       is_solved = states(i)%reason == reason_converged
       multipliers = 0
+      slip = 0
+      slips = .false.
       if (is_solved) multipliers = states(i)%multipliers
+      if (is_solved .and. allocated(states(i)%slip)) then
+        slip = states(i)%slip
+        slips = states(i)%slips
+      end if
       call buffer%add(join(points(:, i), ',') // ',"' // reason_text(states(i)%reason) // '",' // &
-        force_values(header, multipliers, is_solved) // new_line('a'))
+        force_values(header, multipliers, slip, slips, is_solved) // new_line('a'))
     end do
     call write_text_file(path, buffer%text(), error)
   end subroutine write_history_table

@@ -33,29 +33,35 @@ contains
   end function force_columns
 
   !> Returns the values of force_columns, with commas between them; `nan` each without an answer.
-  function force_values(model, multipliers, has_answer) result(text)
+  function force_values(model, multipliers, slip, slips, has_answer) result(text)
     type(model_t), intent(in) :: model
     !> [force] of all rows, shape (n_multipliers)
     real(rk), intent(in) :: multipliers(:)
+    !> [length] slip since the last time in tangential rows, shape (n_multipliers); without friction not used
+    real(rk), intent(in) :: slip(:)
+    !> whether each contact slips, shape (n_contacts); without friction not used
+    logical, intent(in) :: slips(:)
     logical, intent(in) :: has_answer
     character(:), allocatable :: text
     integer :: k
 
     if (has_answer) then
       associate (normal => multipliers(:model%laws%n_contacts))
-        text = to_text(count(normal > 0)) // ',' // to_text(sum(normal)) // contact_values(model, multipliers, .true.)
+        text = to_text(count(normal > 0)) // ',' // to_text(sum(normal)) // contact_values(model, multipliers, slip, slips, .true.)
       end associate
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))
       end do
     else
-      text = 'nan,nan' // contact_values(model, multipliers, .false.) // repeat(',nan', size(multipliers))
+      text = 'nan,nan' // contact_values(model, multipliers, slip, slips, .false.) // repeat(',nan', size(multipliers))
     end if
   end function force_values
 
   !> Returns the column names of each contact of the deck (`contact_<i>_...`), each after a comma: area, force (one per axis),
   !> moment, and moment_imbalance, the sum of the moments of both sides. A moment has one column in the plane and one per axis in
-  !> space. A model from an older file, which does not name its contacts, has none of these columns.
+  !> space. Forces and moments sum normal forces and friction. A contact with friction also has slip_share, the share of its area
+  !> that slips, and dissipation, the work of friction since the last time. A model from an older file, which does not name its
+  !> contacts, has none of these columns.
   function contact_columns(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -69,6 +75,8 @@ contains
           text = text // ',contact_' // to_text(i) // '_force_' // axes(i_axis)%text
         end do
         text = text // moment_columns('_moment') // moment_columns('_moment_imbalance')
+        if (model%resultants%has_friction(model%laws, i)) text = text // ',contact_' // to_text(i) // '_slip_share,contact_' // &
+          to_text(i) // '_dissipation'
       end do
     end associate
 
@@ -89,27 +97,35 @@ contains
   end function contact_columns
 
   !> Returns the values of the columns of contact_columns, each after a comma; `nan` without an answer.
-  function contact_values(model, multipliers, has_answer) result(text)
+  function contact_values(model, multipliers, slip, slips, has_answer) result(text)
     type(model_t), intent(in) :: model
-    !> [force] of all rows, shape (n_multipliers)
+    !> as in force_values
     real(rk), intent(in) :: multipliers(:)
+    real(rk), intent(in) :: slip(:)
+    logical, intent(in) :: slips(:)
     logical, intent(in) :: has_answer
     character(:), allocatable :: text
     real(rk) :: areas(model%resultants%n_entries()), forces(model%n_dim, size(areas))
     real(rk), dimension(model%resultants%n_moments(), size(areas)) :: imbalances, moments
+    real(rk), dimension(size(areas)) :: dissipations, shares
+    real(rk), allocatable :: values(:)
     integer :: k
 
     text = ''
     call model%resultants%evaluate(model%areas, multipliers, areas, forces, moments)
     imbalances = model%resultants%imbalances(multipliers)
+    if (model%laws%remembers()) then
+      shares = model%resultants%slip_shares(model%areas, multipliers, slips)
+      dissipations = model%resultants%dissipations(multipliers, slip)
+    end if
     do k = 1, size(areas)
-      associate (values => [areas(k), forces(:, k), moments(:, k), imbalances(:, k)])
-        if (has_answer) then
-          text = text // ',' // join(values, ',')
-        else
-          text = text // repeat(',nan', size(values))
-        end if
-      end associate
+      values = [areas(k), forces(:, k), moments(:, k), imbalances(:, k)]
+      if (model%resultants%has_friction(model%laws, k)) values = [values, shares(k), dissipations(k)]
+      if (has_answer) then
+        text = text // ',' // join(values, ',')
+      else
+        text = text // repeat(',nan', size(values))
+      end if
     end do
   end function contact_values
 end module sig_force_columns

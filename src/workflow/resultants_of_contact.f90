@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Area, resultant force and moment of each contact of the deck: the map that computes them, and their values in the report.
+!> Area, resultant force and moment of each contact of the deck, with friction also the share that slips and the work of friction:
+!> the map that computes them, and their values in the report.
 module sig_resultants_of_contact
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_summary, only: contact_name
   use sig_deck_units, only: area_unit, moment_unit
@@ -49,8 +51,10 @@ contains
     end do
   end subroutine return_to_first
 
-  !> Adds area, force, moment and moment imbalance of each contact at all points to the report, and the units of areas and moments.
-  !> The numbers are NaN where a point has no solution, and always 0 for a contact without rows. Local.
+  !> Adds area, force, moment and moment imbalance of each contact at all points to the report, and the units of areas and moments;
+  !> with friction also the share of the area that slips, and the dissipation: the work of friction since the last time. Force and
+  !> moment sum normal forces and friction. The numbers are NaN where a point has no solution, and always 0 for a contact without
+  !> rows. Local.
   subroutine report_resultants(problem, states, report)
     type(problem_t), intent(in) :: problem
     !> full-order solutions, shape (n_points)
@@ -58,6 +62,7 @@ contains
     type(run_report_t), intent(inout) :: report
     type(resultant_map_t) :: map
     real(rk) :: multipliers(problem%force_rows%n_rows)
+    character(:), allocatable :: group
     integer :: i
 
     call report%add('units/contact_area', area_unit(problem%deck))
@@ -66,7 +71,10 @@ contains
     do i = 1, size(states)
       multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
       if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
-      call report_point(map, problem%force_rows%areas, multipliers, 'points/' // to_text(i) // '/contacts/', report)
+      group = 'points/' // to_text(i) // '/contacts/'
+      call report_point(map, problem%force_rows%areas, multipliers, group, report)
+      if (problem%laws%remembers()) call report_slip(map, problem%laws, problem%force_rows%areas, multipliers, states(i), group, &
+        report)
     end do
   end subroutine report_resultants
 
@@ -95,4 +103,30 @@ contains
       call report%add(group // to_text(i) // '/moment_imbalance', imbalances(:, i))
     end do
   end subroutine report_point
+
+  !> Adds slip_share and dissipation of each contact of the deck with friction at one point, beside its resultants.
+  subroutine report_slip(map, laws, row_areas, multipliers, state, group, report)
+    type(resultant_map_t), intent(in) :: map
+    type(contact_laws_t), intent(in) :: laws
+    !> as in report_point
+    real(rk), intent(in) :: row_areas(:)
+    real(rk), intent(in) :: multipliers(:)
+    type(contact_state_t), intent(in) :: state
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+    real(rk) :: shares(map%n_entries()), dissipations(map%n_entries())
+    integer :: i
+
+    shares = ieee_value(shares, ieee_quiet_nan)
+    dissipations = shares
+    if (state%reason == reason_converged) then
+      shares = map%slip_shares(row_areas, multipliers, state%slips)
+      dissipations = map%dissipations(multipliers, state%slip)
+    end if
+    do i = 1, map%n_entries()
+      if (.not. map%has_friction(laws, i)) cycle
+      call report%add(group // to_text(i) // '/slip_share', shares(i))
+      call report%add(group // to_text(i) // '/dissipation', dissipations(i))
+    end do
+  end subroutine report_slip
 end module sig_resultants_of_contact
