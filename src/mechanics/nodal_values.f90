@@ -1,5 +1,5 @@
 ! SPDX-License-Identifier: BSD-3-Clause
-!> Turns values of contact rows (pressure, gap, status) into values at the nodes of both surfaces.
+!> Turns values of contact rows (pressure, gap, status; of friction vectors) into values at the nodes of both surfaces.
 !>
 !> On the first side, the value of row k is a weighted sum of nodal values u~_k = w_1 u_1 + w_2 u_2 + ..., where w are the shares of
 !> its nodes and node 1 is its owner. So the value at the owner is (u~_k - w_2 u_2 - ...) / w_1; if the owner is alone, it is u~_k.
@@ -12,10 +12,10 @@ module sig_nodal_values
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cell_contact, nodal_areas, nodal_contact, nodal_gaps, nodal_pressures
+  public :: cell_contact, nodal_areas, nodal_contact, nodal_friction, nodal_gaps, nodal_pressures, nodal_vectors
 
-  !> status of a node: in no row that counts, open, closed
-  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2
+  !> status of a node: in no row that counts, open, closed; of friction: closed and sticking, or slipping
+  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2, status_slips = 3
   !> status of a cell: closed at some of its nodes and open at others
   integer, parameter :: status_partly = 3
 
@@ -52,12 +52,42 @@ contains
     integer, intent(in) :: n_nodes
     !> [force / area] shape (n_nodes)
     real(rk) :: pressures(n_nodes)
-    real(rk) :: sums(n_nodes), of_rows(rows%n_rows), weights(n_nodes)
     logical :: is_owner(n_nodes)
+
+    call values_at_nodes(rows, merge(multipliers / max(rows%areas, tiny(1.0_rk)), 0.0_rk, rows%areas > 0), is_owner, pressures)
+  end function nodal_pressures
+
+  !> Returns vectors of the rows, such as tractions or slips of the first side, at each node, as nodal_pressures does for each
+  !> component; at nodes that own no row with the opposite sign: there they are those of the second side.
+  pure function nodal_vectors(rows, of_rows, n_nodes) result(vectors)
+    type(contact_rows_t), intent(in) :: rows
+    !> shape (n_dim, n_rows)
+    real(rk), intent(in) :: of_rows(:, :)
+    !> number of nodes of the mesh
+    integer, intent(in) :: n_nodes
+    real(rk) :: vectors(size(of_rows, 1), n_nodes)
+    real(rk) :: component(n_nodes)
+    logical :: is_owner(n_nodes)
+    integer :: i
+
+    do i = 1, size(of_rows, 1)
+      call values_at_nodes(rows, of_rows(i, :), is_owner, component)
+      vectors(i, :) = merge(component, -component, is_owner)
+    end do
+  end function nodal_vectors
+
+  !> Computes values at nodes from those of rows, as nodal_pressures says.
+  pure subroutine values_at_nodes(rows, of_rows, is_owner, values)
+    type(contact_rows_t), intent(in) :: rows
+    !> shape (n_rows)
+    real(rk), intent(in) :: of_rows(:)
+    !> shape (n_nodes)
+    logical, intent(out) :: is_owner(:)
+    real(rk), intent(out) :: values(:)
+    real(rk) :: sums(size(values)), weights(size(values))
     integer :: k
 
-    of_rows = merge(multipliers / max(rows%areas, tiny(1.0_rk)), 0.0_rk, rows%areas > 0)
-    call values_at_owners(rows, of_rows, .false., is_owner, pressures)
+    call values_at_owners(rows, of_rows, .false., is_owner, values)
     sums = 0
     weights = 0
     do k = 1, rows%n_rows
@@ -68,8 +98,8 @@ contains
         end associate
       end associate
     end do
-    where (.not. is_owner .and. weights > 0) pressures = sums / weights
-  end function nodal_pressures
+    where (.not. is_owner .and. weights > 0) values = sums / weights
+  end subroutine values_at_nodes
 
   !> Returns the gap at each node. An owner has the gap for which the sum of share times gap over the first side of its row is the
   !> opening of the row; in this sum a further node has the opening of its own row, projected on this row's normal, or that of this
@@ -106,22 +136,45 @@ contains
     logical, intent(in) :: is_closed(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
+
+    status = largest_status(rows, merge(status_closed, status_open, is_closed), n_nodes)
+  end function nodal_contact
+
+  !> Returns the status of each node with friction: status_none (0), status_open (1), 2 for a closed row that sticks, 3
+  !> (status_slips) for one that slips; of several rows at a node (those of nodal_contact) the largest number.
+  pure function nodal_friction(rows, is_closed, slips, n_nodes) result(status)
+    type(contact_rows_t), intent(in) :: rows
+    !> whether it has a force, and whether it slips, shape (n_rows)
+    logical, intent(in) :: is_closed(:)
+    logical, intent(in) :: slips(:)
+    integer, intent(in) :: n_nodes
+    integer :: status(n_nodes)
+
+    status = largest_status(rows, merge(merge(status_slips, status_closed, slips), status_open, is_closed), n_nodes)
+  end function nodal_friction
+
+  !> Returns the largest status of the rows at each node that nodal_contact names, status_none (0) without such rows.
+  pure function largest_status(rows, of_rows, n_nodes) result(status)
+    type(contact_rows_t), intent(in) :: rows
+    !> > 0, shape (n_rows)
+    integer, intent(in) :: of_rows(:)
+    integer, intent(in) :: n_nodes
+    integer :: status(n_nodes)
     logical :: is_owner(n_nodes)
-    integer :: i, k, of_row
+    integer :: i, k
 
     is_owner = .false.
     is_owner(rows%owners()) = .true.
     status = status_none
     do k = 1, rows%n_rows
-      of_row = merge(status_closed, status_open, is_closed(k))
       associate (first => rows%first_nodes_of(k), second => rows%second_nodes_of(k))
         do i = 1, size(first)
-          if (i == 1 .or. .not. is_owner(first(i))) status(first(i)) = max(status(first(i)), of_row)
+          if (i == 1 .or. .not. is_owner(first(i))) status(first(i)) = max(status(first(i)), of_rows(k))
         end do
-        status(second) = max(status(second), of_row)
+        status(second) = max(status(second), of_rows(k))
       end associate
     end do
-  end function nodal_contact
+  end function largest_status
 
   !> Returns the status of each cell from that of its nodes: status_open (1), status_closed (2), or status_partly (3) if it has open
   !> and closed nodes. Nodes with status_none (0) do not count; a cell with no others has status_none.

@@ -6,7 +6,7 @@ module sig_field_map
   use sig_elasticity, only: n_stresses, stress_matrix, von_mises
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model_t
-  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_gaps, nodal_pressures
+  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_friction, nodal_gaps, nodal_pressures, nodal_vectors
   use sig_strain_map, only: strain_map_t
   use sig_term_set, only: term_set_t
   use sig_text, only: string_t
@@ -71,9 +71,19 @@ module sig_field_map
     !> [force] normal force and [length] opening of each contact, shape (n_contacts)
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
+    !> the following are not allocated without friction. [force/length**2] friction on the first side of each contact, [length] slip
+    !> of the first side since the last time, shapes (n_dim, n_contacts); whether each contact slips, shape (n_contacts)
+    real(rk), allocatable :: row_tractions(:, :)
+    real(rk), allocatable :: row_slips(:, :)
+    logical, allocatable :: slips(:)
+    !> the same at nodes (nodal_vectors), shape (n_dim, n_nodes), and their status (nodal_friction), shape (n_nodes)
+    real(rk), allocatable :: tangential_traction(:, :)
+    real(rk), allocatable :: slip(:, :)
+    integer, allocatable :: node_friction(:)
   contains
     procedure :: take_displacement
     procedure :: take_contact
+    procedure :: take_friction
     procedure :: take_stresses
   end type field_values_t
 
@@ -159,6 +169,57 @@ contains
     self%node_contact = nodal_contact(map%rows, self%multipliers > 0, n_nodes)
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
+
+  !> Computes the fields of friction: its traction, slip and status, of each contact and at the nodes. Requires: take_contact with
+  !> the same multipliers.
+  pure subroutine take_friction(self, map, multipliers, slip, slips)
+    class(field_values_t), intent(inout) :: self
+    type(field_map_t), intent(in) :: map
+    !> [force] shape (n_multipliers)
+    real(rk), intent(in) :: multipliers(:)
+    !> [length] slip since the last time in tangential rows, same shape
+    real(rk), intent(in) :: slip(:)
+    !> whether each contact slips, shape (n_contacts)
+    logical, intent(in) :: slips(:)
+    integer :: k, n_nodes
+
+    n_nodes = size(self%displacement, 2)
+    ! the multipliers are the forces on the second side
+    self%row_tractions = -along_tangents(map, multipliers)
+    do k = 1, map%rows%n_rows
+      self%row_tractions(:, k) = merge(self%row_tractions(:, k) / max(map%rows%areas(k), tiny(1.0_rk)), 0.0_rk, &
+        map%rows%areas(k) > 0)
+    end do
+    self%row_slips = along_tangents(map, slip)
+    self%slips = slips
+    self%tangential_traction = nodal_vectors(map%rows, self%row_tractions, n_nodes)
+    self%slip = nodal_vectors(map%rows, self%row_slips, n_nodes)
+    self%node_friction = nodal_friction(map%rows, self%multipliers > 0, slips, n_nodes)
+  end subroutine take_friction
+
+  !> Returns the sum over the tangential rows of each contact of value times tangent, shape (n_dim, n_contacts). A tangent is the
+  !> direction of the coefficients of the row's owner, which owns one contact.
+  pure function along_tangents(map, of_rows) result(vectors)
+    type(field_map_t), intent(in) :: map
+    !> of all rows; those of normal rows are not used
+    real(rk), intent(in) :: of_rows(:)
+    real(rk) :: vectors(map%rows%n_dim, map%rows%n_rows)
+    integer, allocatable :: owners(:)
+    integer :: k
+    integer :: contact_of(maxval([0, map%rows%owners()]))
+
+    owners = map%rows%owners()
+    contact_of(owners) = [(k, k=1, size(owners))]
+    owners = map%force_rows%owners()
+    vectors = 0
+    do k = map%rows%n_rows + 1, map%force_rows%n_rows
+      associate (first => map%force_rows%offsets(k) + 1, sum_of => vectors(:, contact_of(owners(k))))
+        associate (along => map%force_rows%coefficients(first:first + map%rows%n_dim - 1))
+          sum_of = sum_of + of_rows(k) * along / norm2(along)
+        end associate
+      end associate
+    end do
+  end function along_tangents
 
   !> Computes stresses and their von Mises stresses, as means over the cells and smoothed at the nodes, and the imposed strains as
   !> means over the cells. Requires: take_displacement.

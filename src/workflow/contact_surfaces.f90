@@ -11,10 +11,13 @@ module sig_contact_surfaces
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_model, only: model_t
-  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_gaps, nodal_pressures
+  use sig_nodal_values, only: cell_contact, nodal_contact, nodal_friction, nodal_gaps, nodal_pressures, nodal_vectors
   implicit none(type, external)
   private
   public :: contact_surfaces_t
+
+  !> what the numbers of friction_status say
+  character(*), parameter, public :: friction_states = '0 no row, 1 open, 2 sticks, 3 slips (also closed without friction)'
 
   !> The rows of one entry of the deck's contact section.
   type :: entry_rows_t
@@ -153,7 +156,8 @@ contains
   end subroutine start_point
 
   !> Writes contact forces and pressures, gaps and contact status of a full-order solution or of a reduced answer at the present
-  !> point, and the contact entry of each facet. Does nothing if create started no files.
+  !> point, with friction also its tractions, slip and status, and the contact entry of each facet. Does nothing if create started
+  !> no files.
   subroutine write_values(self, values, has_displacement)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
@@ -164,6 +168,7 @@ contains
     integer :: contact(self%mesh%n_cells)
 
     if (.not. self%is_used) return
+    if (allocated(values%slips)) call write_friction(self, values)
     if (has_displacement) call self%file%add_node_field('displacement', values%displacement(:, self%nodes), self%length_unit, &
       'displacement')
     call gather(self, values%multipliers, force, pressure)
@@ -177,6 +182,31 @@ contains
       '0 no row at its nodes, 1 open, 2 closed at all of them, 3 closed at some')
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
+
+  !> Writes friction, slip and status of the nodes, each from the rows of its own contact entry.
+  subroutine write_friction(self, values)
+    class(contact_surfaces_t), intent(inout) :: self
+    type(field_values_t), intent(in) :: values
+    real(rk), dimension(self%mesh%n_dim, self%mesh%n_nodes) :: slip, traction
+    real(rk) :: status(self%mesh%n_nodes), vectors(self%mesh%n_dim, self%n_body_nodes)
+    integer :: i, states(self%n_body_nodes)
+
+    do i = 1, size(self%entry_rows)
+      associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
+        indices => self%entry_rows(i)%indices)
+        vectors = nodal_vectors(rows, values%row_tractions(:, indices), self%n_body_nodes)
+        traction(:, first:last) = vectors(:, self%nodes(first:last))
+        vectors = nodal_vectors(rows, values%row_slips(:, indices), self%n_body_nodes)
+        slip(:, first:last) = vectors(:, self%nodes(first:last))
+        states = nodal_friction(rows, values%multipliers(indices) > 0, values%slips(indices), self%n_body_nodes)
+        status(first:last) = states(self%nodes(first:last))
+      end associate
+    end do
+    call self%file%add_node_field('tangential_traction', traction, self%stress_unit, &
+      'friction over area, on this surface')
+    call self%file%add_node_field('slip', slip, self%length_unit, 'of this surface over the other one since the last time')
+    call self%file%add_node_field('friction_status', status, '-', friction_states)
+  end subroutine write_friction
 
   !> Writes the contact forces and pressures of a reduced model beside the full-order ones at the same point. Does nothing if create
   !> started no files.

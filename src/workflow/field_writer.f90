@@ -3,7 +3,7 @@
 !> fields.xdmf, contact.h5 and contact.xdmf.
 module sig_field_writer
   use sig_contact_rows, only: contact_rows_t
-  use sig_contact_surfaces, only: contact_surfaces_t
+  use sig_contact_surfaces, only: contact_surfaces_t, friction_states
   use sig_deck_config, only: output_config_t
   use sig_element_types, only: element_type_with
   use sig_errors, only: error_t
@@ -148,8 +148,22 @@ contains
       '0 no contact row at its nodes, 1 open, 2 closed at all of them, 3 closed at some')
     call self%file%add_array(trim(merge('multipliers_reduced   ', 'multipliers_full_order', is_reduced)), values%multipliers, &
       model%force_unit, 'contact force of each row, ' // author)
+    if (allocated(values%slips)) call write_friction(self, model, values)
     call write_areas(self, model, values)
   end subroutine write_contact
+
+  !> Writes friction, slip and status of the nodes of both surfaces.
+  subroutine write_friction(self, model, values)
+    class(field_writer_t), intent(inout) :: self
+    type(model_t), intent(in) :: model
+    type(field_values_t), intent(in) :: values
+
+    call self%file%add_node_field('tangential_traction', values%tangential_traction, model%fields%stress_unit, &
+      'friction over area on the node''s own surface; at nodes without a row of their own its mean by shares')
+    call self%file%add_node_field('slip', values%slip, model%length_unit, &
+      'of the node''s own surface over the other one since the last time')
+    call self%file%add_node_field('friction_status', real(values%node_friction, rk), '-', friction_states)
+  end subroutine write_friction
 
   !> Writes for each contact of the deck the area that touches at the present point: that of the rows with a force.
   subroutine write_areas(self, model, values)

@@ -6,12 +6,14 @@ distribution, and where all nodes slip friction is f P along the motion: its wor
 moment of f P about the contact, with f = 0.1, does not lift the rim (|e| < 1/6 of the width).
 """
 
+import h5py
 import numpy as np
 import pytest
 import yaml
 
 from block_meshes import stacked_blocks
 from results import read_table
+from vtk_fields import read_with_vtk
 
 FRICTION, PRESSURE = 0.1, 4.0
 # [m] a step of the upper block, there and back; its direction in space
@@ -122,6 +124,48 @@ def test_report(case):
         assert second["supports"] == pytest.approx(2 * supports[k], rel=STIFF, abs=STIFF * work)
 
 
+def check_surface(shown, way, step):
+    """All nodes slip by a step of the upper block, and friction is f times the pressure, against the slip."""
+    slip, traction = shown.nodes["slip"], shown.nodes["tangential_traction"]
+    pressure = shown.nodes["contact_pressure"]
+    assert list(shown.nodes["friction_status"]) == [3] * len(slip)
+    assert list(shown.nodes["status"]) == [2] * len(slip)
+    # the multipliers are on the lower or on the upper block
+    side = np.sign(slip[0] @ way * step)
+    assert slip == pytest.approx(np.outer(np.full(len(slip), side * step), way), rel=1e-4, abs=1e-4 * STEP)
+    assert traction == pytest.approx(
+        -side * np.sign(step) * FRICTION * np.outer(pressure, way), rel=1e-4, abs=1e-5
+    )
+    assert pressure.min() > 0.1
+
+
+def test_fields(signorom, case):
+    """contact.xdmf and fields.xdmf of the full order and of predict, as viewers read them."""
+    n_dim, results = case
+    signorom("predict", results / "model.h5", "--at", f"P={PRESSURE}", "--fields", folder=results)
+    way = np.pad(WAYS[n_dim], (0, 3 - len(WAYS[n_dim])))
+    for folder in (results, results / "predicted_fields"):
+        surface = list(read_with_vtk(folder / "contact.xdmf").values())
+        bodies = list(read_with_vtk(folder / "fields.xdmf").values())
+        for k, step in enumerate(STEPS):
+            check_surface(surface[k], way, step)
+            nodes = bodies[k].nodes
+            is_closed = nodes["contact_pressure"] > 0
+            assert list(nodes["friction_status"]) == list(np.where(is_closed, 3, 0))
+            # each block's surface slips over the other one: the lower one moves back
+            is_upper = is_closed & (abs(nodes["displacement"] @ way) > 0.5 * STEP)
+            is_lower = is_closed & ~(abs(nodes["displacement"] @ way) > 0.5 * STEP)
+            along = nodes["slip"] @ way
+            if not np.isclose(np.sum(STEPS[: k + 1]), 0):
+                assert along[is_upper] == pytest.approx(step, rel=1e-4)
+                assert along[is_lower] == pytest.approx(-step, rel=1e-4)
+                assert is_upper.sum() == is_lower.sum() > 0
+            assert not along[~is_closed].any()
+            friction = nodes["tangential_traction"] @ way
+            assert abs(friction) == pytest.approx(FRICTION * nodes["contact_pressure"], rel=1e-4)
+            assert not (friction * along > 0).any()
+
+
 def test_sticking(signorom, tmp_path):
     """A draw of less than the friction can hold: at most G far / 2 = 0.25 of 0.4. No slip, no work, and the share 0."""
     signorom("solve", write_deck(tmp_path, 2, far=1e-9), "--at", f"P={PRESSURE}", folder=tmp_path)
@@ -129,6 +173,12 @@ def test_sticking(signorom, tmp_path):
     assert list(table["contact_1_slip_share"]) == [0] * 6
     assert list(table["contact_1_dissipation"]) == [0] * 6
     assert max(abs(table["contact_1_force_x"])) > 0.01
+    with h5py.File(tmp_path / "results" / "part" / "contact.h5") as file:
+        for point in file["points"].values():
+            assert set(point["friction_status"][()]) == {2}
+            assert not point["slip"][()].any()
+        assert "2 sticks, 3 slips" in file["points/0001/friction_status"].attrs["description"]
+        assert file["points/0001/tangential_traction"].attrs["unit"] == "Pa"
     report = yaml.safe_load((tmp_path / "results" / "part" / "report.yaml").read_text())
     for k in range(6):
         work = report["points"][str(k + 1)]["work"]
@@ -177,3 +227,6 @@ def test_without_friction(signorom, tmp_path):
     report = yaml.safe_load((results / "report.yaml").read_text())
     assert "work" not in report["points"]["1"]
     assert "slip_share" not in report["points"]["1"]["contacts"]["1"]
+    for name in ("contact", "fields"):
+        with h5py.File(results / f"{name}.h5") as file:
+            assert not {"tangential_traction", "slip", "friction_status"} & set(file["points/0001"])

@@ -789,6 +789,20 @@ PLANTED = [
         "integration.test_friction_outputs",
     ),
     Planted(
+        SRC + "mechanics/nodal_values.f90",
+        "vectors(i, :) = merge(component, -component, is_owner)",
+        "vectors(i, :) = component",
+        "friction has the same direction on both surfaces",
+        "integration.test_friction_outputs",
+    ),
+    Planted(
+        SRC + "online/field_map.f90",
+        "sum_of = sum_of + of_rows(k) * along / norm2(along)",
+        "sum_of = of_rows(k) * along / norm2(along)",
+        "a traction in space has one of its two components",
+        "integration.test_friction_outputs",
+    ),
+    Planted(
         SRC + "workflow/work_balance.f90",
         "    work = dot_product(old + new, moved) / 2\n",
         "    work = dot_product(new, moved)\n",
