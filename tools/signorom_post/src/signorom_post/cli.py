@@ -21,6 +21,7 @@ COMMANDS = {
     "figures": ("commands.figures", "draw every figure that the files in the folder allow"),
     "summary": ("commands.summary", "print a short table from report.yaml"),
     "report": ("commands.report", "write one HTML page: verdict, errors, pictures, deck, provenance"),
+    "animation": ("commands.animation", "write a GIF or MP4 of the displaced bodies over the time"),
     "view": ("commands.view", "draw the standard pictures by VTK, and write a script for ParaView"),
     "convert": ("convert.command", "write a mesh of another program as .msh, with the names of its sets"),
     "check": ("commands.check", "draw the set-up that `signorom check DECK --fields` wrote"),

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes all figures for which a results folder has the files."""
 
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,20 +9,23 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from signorom_post.arrays import without_unit_one
+from signorom_post.arrays import with_unit, without_unit_one
 from signorom_post.errors import InputError, MissingFileError
 from signorom_post.log import Log
 from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
 from signorom_post.plots.histories import histories
+from signorom_post.plots.hysteresis import hysteresis
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
 from signorom_post.plots.multipliers import multipliers
 from signorom_post.plots.pressure_maps import pressure_maps
 from signorom_post.plots.reduced_domain import reduced_domain
 from signorom_post.plots.singular_values import singular_values
 from signorom_post.plots.solid_figures import initial_and_deformed_solid
+from signorom_post.plots.stick_slip import stick_slip
 from signorom_post.readers.fields import FieldFile, FieldPoint
+from signorom_post.readers.histories import read_curves
 from signorom_post.results import Results
 from signorom_post.style import save, styled
 
@@ -39,8 +43,12 @@ class NotDrawableError(Exception):
 class FigureOptions:
     """The choices of the user."""
 
-    #: point of the figure `initial_and_deformed`: its number, from 1, or its label; None: the middle one of the file
+    #: point of the figure `initial_and_deformed`: its number, from 1, or its label; None: the middle one of the file.
+    #: The figure `stick_slip` shows the history of this point; None: the first one
     point: str | None = None
+    #: columns of history.csv along the axes of the figure `hysteresis`; None: those of read_curves
+    x: str | None = None
+    y: str | None = None
     #: what gives the colors of the figure `initial_and_deformed`: `displacement` or `contact` (the contact pressure)
     color: str = "displacement"
     #: names of the figures to draw; None: all
@@ -117,6 +125,17 @@ def choose_point(fields: FieldFile, wanted: str | None) -> FieldPoint:
     raise InputError(fields.path, f"there is no point '{wanted}'; the file has {', '.join(known)}")
 
 
+def history_of(fields: FieldFile, point: FieldPoint) -> list[FieldPoint]:
+    """Returns the points of the file that belong to the history of a point: neighbors whose times ascend."""
+    times = [p.parameters[p.parameter_names.index("time")] for p in fields.points]
+    first = last = next(i for i, other in enumerate(fields.points) if other is point)
+    while first > 0 and times[first - 1] < times[first]:
+        first -= 1
+    while last + 1 < len(times) and times[last] < times[last + 1]:
+        last += 1
+    return fields.points[first : last + 1]
+
+
 def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     fields = results.fields
     point = choose_point(fields, options.point)
@@ -127,10 +146,10 @@ def _initial_and_deformed(results: Results, options: FigureOptions) -> Iterator[
     if fields.mesh.n_dim == 3:
         yield "", initial_and_deformed_solid(fields, point, options.color)
     else:
-        yield "", initial_and_deformed(fields, point, options.color, _axis_names(results))
+        yield "", initial_and_deformed(fields, point, options.color, axis_names(results))
 
 
-def _axis_names(results: Results) -> tuple[str, str]:
+def axis_names(results: Results) -> tuple[str, str]:
     """Returns the names of the axes from the model or, if there is no model, from the report; else x and y."""
     if results.model_if_present is not None:
         return results.model.axis_names
@@ -168,7 +187,7 @@ def _multipliers(results: Results, _options: FigureOptions) -> Iterator[tuple[st
     if fields.mesh.n_dim == 3:
         yield "", pressure_maps(fields, results.model_if_present, results.surfaces)
     else:
-        yield "", multipliers(fields, results.model_if_present, _axis_names(results), results.surfaces)
+        yield "", multipliers(fields, results.model_if_present, axis_names(results), results.surfaces)
 
 
 def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Figure]]:
@@ -213,20 +232,79 @@ def _histories(results: Results, options: FigureOptions) -> Iterator[tuple[str, 
     n_contacts = shown[0].forces.shape[1]
     if n_contacts == 0:
         raise NotDrawableError(f"{results.folder / 'history.csv'}: the deck has no contact")
-    deck = _mapping(results.report.get("deck")) if (results.folder / "report.yaml").is_file() else {}
-    told = _mapping(deck.get("units"))
-    is_plane = str(_mapping(deck.get("mesh")).get("model")).startswith("plane")
-    length, force = str(told.get("length", "")), str(told.get("force", ""))
-    units = {
-        "time": str(told.get("time", "")),
-        "force": f"{force}/{length}" if is_plane and force else force,
-        "area": length if is_plane or not length else f"{length}²",
-    }
+    deck = _deck(results)
     contacts = deck.get("contact") if isinstance(deck.get("contact"), list) else []
     names = [
         f"{k + 1}: {_name_of(contacts[k])}" if k < len(contacts) else str(k + 1) for k in range(n_contacts)
     ]
-    yield "", histories(shown, names, units)
+    yield "", histories(shown, names, _units(deck))
+
+
+def _deck(results: Results) -> dict[str, Any]:
+    return _mapping(results.report.get("deck")) if (results.folder / "report.yaml").is_file() else {}
+
+
+def _units(deck: dict[str, Any]) -> dict[str, str]:
+    """Returns the units of time, force, area, moment and work, empty where the deck does not tell them."""
+    told = _mapping(deck.get("units"))
+    is_plane = str(_mapping(deck.get("mesh")).get("model")).startswith("plane")
+    length, force = str(told.get("length", "")), str(told.get("force", ""))
+    work = f"{force}*{length}" if force and length else ""
+    return {
+        "time": str(told.get("time", "")),
+        "force": f"{force}/{length}" if is_plane and force else force,
+        "area": length if is_plane or not length else f"{length}²",
+        "work": f"{work}/{length}" if is_plane and work else work,
+    }
+
+
+#: pattern of a column of history.csv -> key of its unit in _units
+COLUMN_UNITS = {
+    r"time": "time",
+    r"contact_force|contact_\d+_force_\w|lambda_\d+|tau_\d+(_\d)?": "force",
+    r"contact_\d+_area": "area",
+    r"contact_\d+_(moment\w*|dissipation)": "work",
+}
+
+
+def _hysteresis(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    path = results.folder / "history.csv"
+    is_wanted = options.only is not None or options.x is not None or options.y is not None
+    if not is_wanted and not _has_friction(path):
+        return
+    curves, names = read_curves(path, options.x, options.y)
+    units = _units(_deck(results))
+    labels = [
+        with_unit(name, next((units[u] for p, u in COLUMN_UNITS.items() if re.fullmatch(p, name)), ""))
+        for name in names
+    ]
+    yield "", hysteresis(curves, (labels[0], labels[1]))
+
+
+def _has_friction(path: Path) -> bool:
+    """Returns whether there is a history.csv with columns of friction."""
+    if not path.is_file():
+        return False
+    with path.open(encoding="utf-8", errors="replace") as file:
+        return re.search(r"contact_\d+_dissipation", file.readline()) is not None
+
+
+def _stick_slip(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    try:
+        fields = results.fields
+    except MissingFileError:
+        if options.only is not None:
+            raise
+        return
+    has_status = any("friction_status" in point.fields for point in fields.points)
+    if not has_status or "time" not in fields.points[0].parameter_names:
+        if options.only is not None:
+            raise NotDrawableError(f"{fields.path}: there is no history with friction")
+        return
+    history = history_of(fields, choose_point(fields, options.point or "1"))
+    unit = _units(_deck(results))["time"]
+    names = (*axis_names(results), "z")
+    yield "", stick_slip(fields, history, results.surfaces.surfaces, names, unit)
 
 
 def _mapping(value: Any) -> dict[str, Any]:
@@ -244,6 +322,8 @@ BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figur
     "reduced_domain": _reduced_domain,
     "multipliers": _multipliers,
     "histories": _histories,
+    "hysteresis": _hysteresis,
+    "stick_slip": _stick_slip,
     "errors": _errors,
     "clusters": _clusters,
     "singular_values": _singular_values,

@@ -65,6 +65,8 @@ CAPTIONS = {
     "reduced_domain": "The reduced integration domain",
     "multipliers": "Contact forces",
     "histories": "Tables, contact forces and contact areas over the time",
+    "hysteresis": "Friction over the history",
+    "stick_slip": "Where contacts stick and slip over the time",
     "errors": "Errors over the parameters",
     "clusters": "Which local model answers where",
     "singular_values": "Singular values of the snapshots",

@@ -17,7 +17,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--point",
         metavar="P",
-        help="number (from 1) or label of the point of initial_and_deformed; default: the middle one",
+        help="number (from 1) or label of the point of initial_and_deformed (default: the middle one), and of the one "
+        "whose history stick_slip shows (default: the first one)",
+    )
+    parser.add_argument(
+        "--x",
+        metavar="COLUMN",
+        help="column of history.csv to the right in hysteresis; default: the first table, or time",
+    )
+    parser.add_argument(
+        "--y",
+        metavar="COLUMN",
+        help="column of history.csv upwards in hysteresis; default: the tangential force of contact 1",
     )
     parser.add_argument(
         "--color",
@@ -44,7 +55,8 @@ def run(options: argparse.Namespace) -> int:
     """
     results = Results(options.results)
     output = options.output or options.results / "figures"
-    choice = FigureOptions(options.point, options.color, tuple(options.only) if options.only else None)
+    only = tuple(options.only) if options.only else None
+    choice = FigureOptions(options.point, options.x, options.y, options.color, only)
     with writing("figures", output):
         output.mkdir(parents=True, exist_ok=True)
         outcomes = []
