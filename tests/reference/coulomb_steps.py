@@ -23,6 +23,8 @@ import numpy as np
 
 # [-] change of the forces that is still to come, relative to the largest force
 REACHED = 1e-13
+# [-] changes that are rounding, relative to the largest force
+ROUNDING = 1e-15
 # [-] conditions at the head of this file, relative to the sizes of their terms
 VERIFIED = 1e-11
 MOST_SWEEPS = 200_000
@@ -141,7 +143,7 @@ class Steps:
         forces = (self.forces if start is None else start).copy()
         states = np.full(len(self.contacts), OPEN)
         before = np.inf
-        n_good = 0
+        n_good = n_idle = 0
         for self.n_sweeps in range(1, MOST_SWEEPS + 1):
             change = 0.0
             for k, contact in enumerate(self.contacts):
@@ -154,7 +156,8 @@ class Steps:
             size = np.abs(forces).max()
             rate = min(change / before, 1 - 1e-6) if before > 0 else 0.0
             n_good = n_good + 1 if change * max(1.0, rate / (1 - rate)) <= REACHED * size else 0
-            if n_good == 3 or change <= 0:
+            n_idle = n_idle + 1 if change <= ROUNDING * size else 0
+            if n_good == 3 or n_idle == 10 or change <= 0:
                 break
             before = change
         else:

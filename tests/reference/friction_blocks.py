@@ -44,7 +44,7 @@ CORNERS = {
 REACHED = 1e-13
 MOST_ROUNDS = 2000
 # [-] weight of the springs of floating bodies: their sum over the largest stiffness of a node
-SPRINGS = 0.2
+SPRINGS = 0.03
 
 
 @dataclass
@@ -206,6 +206,20 @@ def surface_load(mesh, name, density, model):
             if model == "axisymmetric":
                 size *= 2 * np.pi * place[0]
             forces[nodes] += size * np.outer(values, density(place, area / np.linalg.norm(area)))
+    return forces
+
+
+def body_load(mesh, name, density, model):
+    """Nodal forces of a body force density(place) on a region."""
+    forces = np.zeros(mesh.places.shape)
+    for cell in mesh.cells_of[name]:
+        nodes = mesh.cells[cell]
+        x = mesh.places[nodes]
+        for point in gauss_points(x.shape[1]):
+            values, slopes = shapes(point)
+            place = values @ x
+            size = np.linalg.det(slopes.T @ x) * (2 * np.pi * place[0] if model == "axisymmetric" else 1)
+            forces[nodes] += size * np.outer(values, density(place))
     return forces
 
 
@@ -425,20 +439,29 @@ class Blocks:
         return names.evaluate(value, **dict(zip(self.axes, place.tolist(), strict=True)))
 
     def loads_at(self, names):
-        """Nodal forces of all loads; tractions and pressures."""
+        """Nodal forces of all loads."""
         forces = np.zeros(self.mesh.places.size)
+
+        def vector(components, place):
+            value = np.zeros(self.n_dim)
+            for axis, text in components.items():
+                value[self.axes.index(axis)] = self.at_place(names, text, place)
+            return value
+
         for entry in self.deck.get("loads") or []:
-            assert set(entry) <= {"boundary", "traction", "pressure"}
+            assert set(entry) <= {"boundary", "traction", "pressure", "region", "body_force"}
+            if "region" in entry:
+                load = body_load(
+                    self.mesh, entry["region"], lambda x, e=entry: vector(e["body_force"], x), self.model
+                )
+            else:
 
-            def density(place, outward, entry=entry):
-                value = np.zeros(self.n_dim)
-                for axis, text in entry.get("traction", {}).items():
-                    value[self.axes.index(axis)] += self.at_place(names, text, place)
-                if "pressure" in entry:
-                    value -= self.at_place(names, entry["pressure"], place) * outward
-                return value
+                def density(place, outward, entry=entry):
+                    value = vector(entry.get("traction", {}), place)
+                    return value - self.at_place(names, entry.get("pressure", 0), place) * outward
 
-            forces += surface_load(self.mesh, entry["boundary"], density, self.model).ravel()
+                load = surface_load(self.mesh, entry["boundary"], density, self.model)
+            forces += load.ravel()
         return forces
 
     def gaps_at(self, names):

@@ -137,8 +137,9 @@ contact: [{{first: lower_1, second: upper_0, friction: f}}]
     check("block on a floor, turned: N", second.normal, first.normal, 1e-10)
     check("block on a floor, turned: T", second.tangential, first.tangential, 1e-10)
     assert (first.states == SLIPS).any(axis=1).sum() >= 3
-    assert (dissipation_of(first) >= -1e-15).all()
-    assert dissipation_of(first).max() > 0
+    lost = dissipation_of(first)
+    assert lost.max() > 0
+    assert lost.min() >= -1e-10 * lost.max()
 
 
 def check_all():
