@@ -27,7 +27,7 @@ REACHED = 1e-13
 ROUNDING = 1e-15
 # [-] conditions at the head of this file, relative to the sizes of their terms
 VERIFIED = 1e-11
-MOST_SWEEPS = 200_000
+MOST_SWEEPS = 50_000
 #: states
 OPEN, STICKS, SLIPS = 0, 1, 2
 

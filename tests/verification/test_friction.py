@@ -1,0 +1,474 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Coulomb friction over histories: random blocks against sweeps, and problems with closed forms (D21 to D28)."""
+
+import numpy as np
+import pytest
+
+import hertz
+from block_meshes import Mesh, consistent_areas
+from friction_blocks import Blocks
+from friction_bodies import (
+    AGAIN,
+    BACK,
+    CYLINDER_FRICTION,
+    LOADED,
+    POISSON,
+    RADIUS,
+    REVERSED,
+    YOUNG,
+    fit_half_width,
+    solve_cylinders,
+    solve_spheres,
+)
+from friction_decks import LOOSE, PLANE, SOLID, write_random_deck
+from friction_formulas import ROUNDED_PUNCH, Bar, LineSlip, PressFit, wedge
+from friction_results import largest_difference, read_displacements, read_forces, read_slips, results_of
+from results import read_table
+from test_rounded_punch import punch_on_foundation
+
+# Both codes solve the same equations to rounding; what is left is the conditioning of K.
+SAME_SOLUTION = 1e-8
+BALANCE = 1e-9
+
+
+def compare_random(signorom, folder, figures, name, kind, friction, seed, ranks=(1,), n_increments=12):
+    """A random history by the program and by sweeps."""
+    print("seed", seed)
+    deck = write_random_deck(folder, kind, friction, seed, n_increments)
+    expected = Blocks(deck).history()
+    assert len(np.unique(expected.states)) >= 2
+    for n_ranks in ranks:
+        signorom("solve", deck, folder=folder, n_ranks=n_ranks)
+        found = read_forces(deck)
+        np.testing.assert_array_equal(found.numbers, expected.numbers)
+        np.testing.assert_allclose(found.times, expected.times, rtol=1e-14)
+        quantity = f"forces at {len(expected.times)} times, f = {friction}, seed {seed}, ranks: {n_ranks}"
+        worst = largest_difference(found, expected)
+        figures.at_most(f"random blocks, {name}", quantity, worst, SAME_SOLUTION, "sweeps of another code")
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3, 0.6, 1.0])
+@pytest.mark.parametrize("name", PLANE)
+def test_random_blocks_in_the_plane(signorom, tmp_path, figures, name, friction):
+    """Reversals, tilts, lifting; 11 contacts."""
+    compare_random(signorom, tmp_path, figures, name, PLANE[name], friction, 2)
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.4, 1.0])
+@pytest.mark.parametrize("name", SOLID)
+def test_random_blocks_in_space(signorom, tmp_path, figures, name, friction):
+    """Directions of slip that turn; 20 contacts."""
+    compare_random(signorom, tmp_path, figures, name, SOLID[name], friction, 1)
+
+
+@pytest.mark.parametrize("name", ["plane_stress, curved", "solid, curved"])
+def test_random_blocks_on_two_ranks(signorom, tmp_path, figures, name):
+    """As on one rank."""
+    compare_random(signorom, tmp_path, figures, name, (PLANE | SOLID)[name], 0.5, 3, ranks=(2,))
+
+
+def test_block_that_friction_holds(signorom, tmp_path, figures):
+    """The upper block has no support but the contact."""
+    compare_random(signorom, tmp_path, figures, "held by friction", LOOSE, 0.3, 1, (1, 2), 6)
+
+
+def test_no_friction_is_the_same_as_none(signorom, tmp_path):
+    """f = 0 gives the forces of a deck without the key."""
+    deck = write_random_deck(tmp_path, PLANE["plane_stress, curved"], 0.0, 4)
+    signorom("solve", deck, folder=tmp_path)
+    found = read_forces(deck)
+    assert np.abs(found.tangential).max() <= 1e-12 * found.normal.max()
+    deck.write_text(deck.read_text().replace(", friction: mu}", "}"))
+    signorom("solve", deck, folder=tmp_path)
+    table = read_table(results_of(deck) / "history.csv")
+    without = np.array([table[f"lambda_{k}"] for k in found.numbers]).T
+    np.testing.assert_allclose(found.normal, without, rtol=0, atol=1e-12 * without.max())
+
+
+PATHS = {"press, then slide": ("[0, 1, 1]", "[0, 0, 1]"), "slide, then press": ("[0, 0.4, 1]", "[0, 1, 1]")}
+
+
+def test_path_counts(signorom, tmp_path, figures):
+    """Two ways to the same stroke and slide end at different forces, each those of the other code."""
+    ends = []
+    for name, (push, slide) in PATHS.items():
+        deck = write_random_deck(tmp_path, PLANE["plane_strain"], 0.3, 5)
+        text = deck.read_text()
+        head, tail = text.index("  tables:"), text.index("  steps:")
+        tables = [
+            f"    {table}: {{time: [0, 1, 2], value: {values}}}\n"
+            for table, values in (("push", push), ("slide_x", slide))
+        ]
+        text = text[:head] + "  tables:\n" + "".join(tables) + text[tail:]
+        text = text.replace("until: 6, increments: 12", "until: 2, increments: 8")
+        text = text.replace("slide_x, y", "0.01 * slide_x, y").replace('"slide_x"', '"0.02 * slide_x"')
+        text = text.replace("-push + tilt * (x - 0.5)", "-0.02 * push * (1 + 0.3 * x)")
+        deck.write_text(text)
+        signorom("solve", deck, folder=tmp_path)
+        found, expected = read_forces(deck), Blocks(deck).history()
+        worst = largest_difference(found, expected)
+        figures.at_most("two paths", name, worst, SAME_SOLUTION, "sweeps of another code")
+        ends.append(found.tangential[-1, :, 0])
+    assert np.abs(ends[1] - ends[0]).max() > 0.05 * np.abs(ends[0]).max()
+
+
+# Finite bodies: terms of the order (a / size)^2; nodes of a / 16 beside a stick zone of 0.4 a to 0.8 a.
+CYLINDERS = 0.01
+
+
+@pytest.mark.parametrize(
+    ("element", "n_fine", "n_second"),
+    [("Q4", 16, None), ("T3", 16, None), ("Q8", 8, None), ("Q4", 16, 11)],
+    ids=["Q4", "T3", "Q8", "Q4 that do not match"],
+)
+def test_cylinders_in_partial_slip(signorom, tmp_path, figures, element, n_fine, n_second):
+    """Stick half-widths by a fit, shear, closed loop, dissipation; all relative to the forces found."""
+    deck, forces, x, areas = solve_cylinders(signorom, tmp_path, element, n_fine, n_second)
+    problem = f"two cylinders, {element}" + (f", {n_fine} facing {n_second} edges" if n_second else "")
+    load = forces.resultant[0]
+    # the tangent is (-1, 0) and the force on the upper body resists
+    tau = forces.tangential[:, :, 0]
+    assert np.abs(load / load[0] - 1).max() <= (2e-3 if n_second else BALANCE)
+    modulus = hertz.contact_modulus((YOUNG, POISSON), (YOUNG, POISSON))
+    exact = LineSlip(hertz.Line(modulus, RADIUS / 2, load[0]), CYLINDER_FRICTION)
+    a, limit = exact.normal.half_width, CYLINDER_FRICTION * forces.normal / areas
+    source = "Cattaneo, Mindlin"
+    largest = tau[LOADED].sum()
+    k = largest / exact.limit
+    assert 0.4 < k < 0.8
+    found, _ = hertz.fit(x, forces.normal[0] / areas)
+    figures.compare(problem, "half-width a", found, a, CYLINDERS, "Hertz", "mm")
+    q = tau / areas
+    found = fit_half_width(x, limit[LOADED] - q[LOADED])
+    figures.compare(
+        problem, "stick half-width c", found, exact.stick_half_width(largest), CYLINDERS, source, "mm"
+    )
+    wanted = exact.traction(x, largest)
+    error = np.sqrt(areas @ (q[LOADED] - wanted) ** 2 / (areas @ wanted**2))
+    figures.at_most(problem, "shear q(x), in the mean square", error, 0.03, source)
+    # on the way back
+    now = tau[BACK].sum()
+    assert -0.5 < now / largest < 0.9
+    found = fit_half_width(x, 2 * limit[LOADED] - (q[LOADED] - q[BACK]))
+    # of the zone that slips back, 0.12 a wide, two nodes are left
+    allowed = 3 * CYLINDERS if n_second else CYLINDERS
+    wanted = exact.reverse_half_width(largest, now)
+    figures.compare(
+        problem, "half-width c' of reverse slip", found, wanted, allowed, "Mindlin, Deresiewicz", "mm"
+    )
+    if n_second:
+        return
+    opened = np.abs(tau[REVERSED] + tau[LOADED]).max() / tau[LOADED].max()
+    figures.at_most(problem, "shear at -Q* is that at Q* turned", opened, SAME_SOLUTION, "Masing")
+    opened = np.abs(tau[AGAIN] - tau[LOADED]).max() / tau[LOADED].max()
+    figures.at_most(problem, "loop closes", opened, SAME_SOLUTION, "Masing")
+    slips = read_slips(deck, [0.0, 1.0])[:, :, 0]
+    lost = np.sum((tau * slips)[LOADED + 1 :])
+    figures.compare(
+        problem, "dissipation of a cycle", lost, exact.dissipation(largest), 0.03, "Cattaneo, Mindlin", "N"
+    )
+
+
+def test_spheres_in_partial_slip(signorom, tmp_path, figures):
+    """D23 on a coarse mesh, nodes of a / 4: displacement beyond what grows with Q, stick radius by a fit."""
+    found = solve_spheres(signorom, tmp_path, 4)
+    exact, problem, source = found.exact, "two spheres, H8 of a / 4", "Mindlin"
+    a = exact.normal.half_width
+    assert found.shear[-1] > 0.8 * exact.limit
+    figures.compare(problem, "radius a", found.half_width, a, 0.03, "Hertz", "mm")
+    wanted = exact.stick_radius(found.shear)
+    worst = np.abs(found.stick_radius - wanted).max() / a
+    figures.at_most(problem, "stick radius c, difference over a", worst, 0.05, source)
+    wanted = exact.approach(found.shear)
+    worst = np.abs(found.displacement / wanted - 1).max()
+    figures.at_most(problem, "displacement, relative difference", worst, 0.02, source)
+
+
+# D24: a bar between rigid planes, half of it; [mm, N, MPa]
+BAR = {"young": 1e3, "height": 0.5, "length": 60.0, "squeeze": 5e-4, "friction": 0.3}
+PULL = 7.5
+BAR_DECK = """units: {length: mm, force: N, time: s}
+mesh: {file: bar.msh, model: plane_stress}
+parameters: {P: {min: 0, max: 10, unit: N/mm}}
+history:
+  tables: {pull: {time: [0, 1, 2, 3, 5], value: [0, P, 0, -P, P]}}
+  steps: [{until: 5, increments: 20}]
+materials:
+MATERIALS
+boundary_conditions:
+CONDITIONS
+loads: [{boundary: end, traction: {x: -pull / HEIGHT}}]
+contact: [{CONTACT}]
+output: {points: [{P: PULL}]}
+"""
+
+
+def write_bar(folder, partner):
+    """On a rigid plane, or on a plate that is moved as one; nu = 0, so that the pressure is uniform."""
+    mesh, height = Mesh(), BAR["height"]
+    across = np.linspace(0, BAR["length"], 61)
+    faces = {(0, 0): "end", (0, 1): "wall", (1, 0): "bar_face", (1, 1): "middle"}
+    mesh.add_block("bar", [across, np.linspace(0, height, 3)], "Q4", faces)
+    materials = [f"  bar: {{regions: [bar], young_modulus: {BAR['young']}, poisson_ratio: 0}}"]
+    conditions = ["{boundary: middle, displacement: {y: 0}}", "{boundary: wall, displacement: {x: 0}}"]
+    squeeze, friction = BAR["squeeze"], f"friction: {BAR['friction']}"
+    if partner == "plane":
+        contact = f"first: bar_face, obstacle: {{type: half_space, point: [0, {squeeze}], normal: [0, 1]}}, {friction}"
+    else:
+        mesh.add_block(
+            "plate", [across, np.array([-1.0, 0.0])], "Q4", {(1, 0): "plate_base", (1, 1): "plate_face"}
+        )
+        materials.append("  plate: {regions: [plate], young_modulus: 1000, poisson_ratio: 0}")
+        for name in ("plate_base", "plate_face"):
+            conditions.append(f"{{boundary: {name}, displacement: {{x: 0, y: {squeeze}}}}}")
+        contact = f"first: bar_face, second: plate_face, {friction}"
+    mesh.write(folder / "bar.msh")
+    text = BAR_DECK.replace("MATERIALS", "\n".join(materials)).replace("HEIGHT", str(height))
+    text = text.replace("CONDITIONS", "\n".join(f"  - {line}" for line in conditions))
+    deck = folder / "bar.yaml"
+    deck.write_text(text.replace("CONTACT", contact).replace("PULL", str(PULL)))
+    return mesh, deck
+
+
+@pytest.mark.parametrize("partner", ["plane", "plate"])
+def test_bar_on_a_rough_floor(signorom, tmp_path, figures, partner):
+    """Slip length, end, what remains, loop and dissipation of a cycle. The slip is 50 heights of the half bar long."""
+    mesh, deck = write_bar(tmp_path, partner)
+    signorom("solve", deck, folder=tmp_path)
+    forces, problem = read_forces(deck), f"bar on a rough {partner}"
+    area = BAR["height"]
+    bar = Bar(BAR["young"] * area, BAR["friction"] * BAR["young"] * BAR["squeeze"] / area)
+    # shear that ends at the front, and at the end of the bar, changes the pressure there, but not its sum
+    pressed = BAR["young"] * BAR["squeeze"] / BAR["height"] * BAR["length"]
+    spread = np.abs(forces.resultant[0] / pressed - 1).max()
+    figures.at_most(problem, "sum of the pressure, relative difference", spread, 1e-3, "E squeeze / height")
+    ends = mesh.nodes_of("end")
+    weights = consistent_areas(mesh, "end")[ends]
+    moved = -read_displacements(deck, 2)[:, ends, 0] @ weights / weights.sum()
+    at = {time: int(np.argmin(np.abs(forces.times - time))) for time in (1, 2, 3, 5)}
+    for time, wanted, text in (
+        (1, bar.end(PULL), "end, pulled"),
+        (2, bar.unloaded_end(PULL, 0.0), "end, unloaded"),
+        (3, -bar.end(PULL), "end, pushed"),
+        (5, bar.end(PULL), "end, pulled again"),
+    ):
+        figures.compare(problem, text, moved[at[time]], wanted, 0.01, "closed form", "mm")
+    x = mesh.coordinates[forces.numbers - 1, 0]
+    limit = BAR["friction"] * forces.normal[at[1]]
+    slides = np.abs(forces.tangential[at[1], :, 0]) >= (1 - 1e-9) * limit
+    # ahead of the front, shear falls over about two heights; a node is 1 mm
+    length = bar.slip_length(PULL)
+    figures.compare(
+        problem, "slip length", x[slides].max(), length, 2.0, "closed form", "mm", kind="absolute"
+    )
+    # the floor is below: its normal into it is (0, -1), the tangent (1, 0)
+    slips = read_slips(deck, [0.0, -1.0])[:, :, 0]
+    lost = np.sum((forces.tangential[:, :, 0] * slips)[at[1] + 1 : at[5] + 1])
+    figures.compare(problem, "dissipation of a cycle", lost, bar.dissipation(PULL), 5e-3, "closed form", "N")
+
+
+# D25
+ANGLE = np.radians(20)
+WEDGE_DECK = """units: {length: mm, force: N, time: s}
+mesh: {file: wedge.msh, model: plane_strain}
+parameters: {mu: {min: 0, max: 1}}
+history:
+  tables: {weight: {time: [0, 1], value: [0, 1]}}
+  steps: [{until: 1, increments: 2}]
+materials: {all: {regions: [lower, upper], young_modulus: 1000, poisson_ratio: 0.3}}
+boundary_conditions: [{boundary: bottom, displacement: {x: 0, y: 0}}]
+loads: [LOAD]
+contact: [{first: lower_face, second: upper_face, friction: mu}]
+output: {points: [{mu: MU}]}
+"""
+
+
+def write_slope(folder, angle, load, friction):
+    """A block, 1 wide and 0.4 high, on a slope as wide that rises to the right."""
+    mesh, across = Mesh(), np.linspace(0, 1, 9)
+    mesh.add_block(
+        "lower", [across, np.array([-0.5, -0.2, 0.0])], "Q4", {(1, 0): "bottom", (1, 1): "lower_face"}
+    )
+    mesh.add_block("upper", [across, np.array([0.0, 0.2, 0.4])], "Q4", {(1, 0): "upper_face", (1, 1): "top"})
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    mesh.coordinates[:, :2] = mesh.coordinates[:, :2] @ turn.T
+    mesh.write(folder / "wedge.msh")
+    deck = folder / "wedge.yaml"
+    deck.write_text(WEDGE_DECK.replace("LOAD", load).replace("MU", repr(float(friction))))
+    return deck
+
+
+def insist_on_slide(signorom, deck):
+    """No equilibrium is said, with exit code 3."""
+    done = signorom.run("solve", deck, folder=deck.parent)
+    assert done.returncode == 3, done.stdout + done.stderr
+    assert "no equilibrium" in done.stdout + done.stderr
+
+
+@pytest.mark.parametrize("share", [1.5, 1.05, 0.95, 0.5])
+def test_block_on_a_slope(signorom, tmp_path, figures, share):
+    """Own weight; f is a share of tan(angle)."""
+    friction = share * np.tan(ANGLE)
+    normal, along, stays = wedge(0.4, ANGLE, friction)
+    deck = write_slope(tmp_path, ANGLE, "{region: upper, body_force: {y: -weight}}", friction)
+    if not stays:
+        insist_on_slide(signorom, deck)
+        return
+    signorom("solve", deck, folder=tmp_path)
+    forces = read_forces(deck)
+    for k, weight in enumerate((0.5, 1.0)):
+        assert forces.resultant[0][k] == pytest.approx(weight * normal, rel=BALANCE)
+        # the tangent leads down the slope, and the force on the block up
+        assert forces.resultant[1][k, 0] == pytest.approx(-weight * along, rel=BALANCE)
+    assert (np.abs(forces.tangential[:, :, 0]) <= (1 + 1e-12) * friction * forces.normal).all()
+    problem = f"block on a slope, f = {share} tan(angle)"
+    figures.compare(
+        problem, "force along the slope", -forces.resultant[1][1, 0], along, BALANCE, "equilibrium", "N"
+    )
+
+
+@pytest.mark.parametrize("share", [0.98, 1.02])
+def test_block_that_is_pushed(signorom, tmp_path, figures, share):
+    """Pressed by N and pushed by a share of f N."""
+    friction = 0.35
+    load = f"{{boundary: top, traction: {{x: {share * friction} * weight, y: -weight}}}}"
+    deck = write_slope(tmp_path, 0.0, load, friction)
+    if share > 1:
+        insist_on_slide(signorom, deck)
+        return
+    signorom("solve", deck, folder=tmp_path)
+    found = -read_forces(deck).resultant[1][1, 0]
+    figures.compare("block that is pushed", "force", found, -share * friction, BALANCE, "equilibrium", "N")
+
+
+# D26: D12's rings, 20 mm long; nu = 0, so that supports along the axis change no pressure
+FIT_LENGTH, FIT_FRICTION, PULLED = 20.0, 0.2, 5e-3
+FIT_DECK = f"""units: {{length: mm, force: N, time: s}}
+mesh: {{file: rings.msh, model: axisymmetric}}
+parameters: {{pull: {{min: 0, max: 1, unit: mm}}}}
+history:
+  tables: {{moved: {{time: [0, 1, 2, 3], value: [0, 0, pull, -pull]}}}}
+  steps: [{{until: 1, increments: 1}}, {{until: 3, increments: 20}}]
+materials: {{steel: {{regions: [inner, outer], young_modulus: 196000, poisson_ratio: 0}}}}
+boundary_conditions:
+  - {{boundary: rim, displacement: {{z: 0}}}}
+  - {{boundary: bore, displacement: {{z: moved}}}}
+contact: [{{first: inner_face, second: outer_face, initial_gap: -0.0025, friction: {FIT_FRICTION}}}]
+output: {{points: [{{pull: {PULLED}}}]}}
+"""
+
+
+def test_press_fit_that_is_pulled(signorom, tmp_path, figures):
+    """All slips at f p 2 pi r L, back too: shear changes the pressure from end to end, but not its sum."""
+    mesh, z = Mesh(), np.linspace(0, FIT_LENGTH, 25)
+    mesh.add_block("inner", [np.linspace(10, 20, 9), z], "Q4", {(0, 0): "bore", (0, 1): "inner_face"})
+    mesh.add_block("outer", [np.linspace(20, 30, 9), z], "Q4", {(0, 0): "outer_face", (0, 1): "rim"})
+    mesh.write(tmp_path / "rings.msh")
+    deck = tmp_path / "rings.yaml"
+    deck.write_text(FIT_DECK)
+    signorom("solve", deck, folder=tmp_path)
+    forces = read_forces(deck)
+    fit = PressFit.of_shrink_fit(FIT_FRICTION, FIT_LENGTH)
+    problem = "press fit that is pulled"
+    normal, axial = forces.resultant[0], forces.resultant[1][:, 0]
+    area = 2 * np.pi * fit.radius * FIT_LENGTH
+    figures.compare(problem, "pressure, shrunk", normal[0] / area, fit.pressure, 1e-3, "Lamé", "MPa")
+    assert abs(axial[0]) <= BALANCE * normal[0]
+    for time, sign in ((2, 1), (3, -1)):
+        k = int(np.argmin(np.abs(forces.times - time)))
+        tau = sign * forces.tangential[k, :, 0]
+        np.testing.assert_allclose(tau, FIT_FRICTION * forces.normal[k], rtol=1e-9)
+        figures.compare(
+            problem, f"force at full slip, time {time}", sign * axial[k], fit.pull, 1e-3, "f p 2 pi r L", "N"
+        )
+
+
+PUNCH_DECK = """units: {length: mm, force: N, time: s}
+mesh: {file: punch.msh, model: axisymmetric}
+parameters: {mu: {min: 0, max: 1}}
+history: {tables: {load: {time: [0, 1], value: [0, 100]}}, steps: [{until: 1, increments: 4}]}
+materials:
+  steel: {regions: [punch], young_modulus: 210.0e3, poisson_ratio: 0.3}
+  aluminum: {regions: [foundation], young_modulus: 70.0e3, poisson_ratio: 0.3}
+boundary_conditions:
+  - {boundary: axis, displacement: {r: 0}}
+  - {boundary: base, displacement: {z: 0}}
+loads: [{boundary: top, pressure: load}]
+contact: [{first: foundation_face, second: punch_face, direction: [0, 1], friction: mu}]
+output: {points: [{mu: MU}]}
+"""
+
+
+def test_rounded_punch(signorom, tmp_path, figures):
+    """D27: what f = 0.1 changes in the displacement under the punch; for its value see test_rounded_punch.py.
+
+    The published ratio is that of two values of other codes; friction_blocks.py finds 0.98377 on this mesh and 0.98376
+    with half the cell size, 0.98360 where the base of the foundation is held along r, too.
+    """
+    mesh = punch_on_foundation("Q4", (10, 8), (10, 8))
+    mesh.write(tmp_path / "punch.msh")
+    below = mesh.nodes_of("foundation_face")
+    middle = below[np.argmin(mesh.coordinates[below, 0])]
+    found = []
+    for friction in ROUNDED_PUNCH:
+        deck = tmp_path / "punch.yaml"
+        deck.write_text(PUNCH_DECK.replace("MU", str(friction)))
+        signorom("solve", deck, folder=tmp_path)
+        found.append(read_displacements(deck, 2)[-1, middle, 1])
+    without, wanted = (ROUNDED_PUNCH[friction][0] for friction in (0.0, 0.1))
+    quantity = "displacement with f = 0.1 over that without"
+    figures.compare(
+        "rounded punch", quantity, found[1] / found[0], wanted / without, 1e-3, "cross-code, SSNA122"
+    )
+    # another code, the same mesh: half of its last digit
+    figures.compare("rounded punch", quantity, found[1] / found[0], 0.98377, 1e-5, "friction_blocks.py")
+
+
+def test_work_balances(signorom, tmp_path, figures):
+    """D28: work of reactions = change of elastic energy + work of the contact forces, by the trapezoidal rule exactly.
+
+    With tau of the end of a step in place of the mean, the latter is the dissipation, which is never negative. The
+    difference is the time error of a step in which forces change while something slips: it falls with the steps.
+    """
+    errors = []
+    for n_increments in (12, 24, 48, 96):
+        deck = write_random_deck(tmp_path, PLANE["plane_strain"], 0.3, 6, n_increments)
+        signorom("solve", deck, folder=tmp_path)
+        forces, problem = read_forces(deck), Blocks(deck)
+        u = read_displacements(deck, 2).reshape(len(forces.times), -1)
+        multipliers = np.zeros((len(u), len(problem.matrix)))
+        for k, numbers in enumerate(problem.rows):
+            multipliers[:, numbers[0]] = forces.normal[:, k]
+            multipliers[:, numbers[1]] = forces.tangential[:, k, 0]
+        inner = u @ problem.stiffness.T + multipliers @ problem.matrix
+        reactions = inner.copy()
+        reactions[:, problem.free] = 0
+        size = np.abs(reactions).max()
+        assert np.abs(inner - reactions).max() <= BALANCE * size
+
+        def steps_of(values):
+            return np.diff(values, axis=0, prepend=np.zeros((1, values.shape[1])))
+
+        def means_of(values):
+            return values - steps_of(values) / 2
+
+        energy = np.diff(np.einsum("ti,ti->t", u, u @ problem.stiffness.T) / 2, prepend=0.0)
+        work = np.einsum("ti,ti->t", means_of(reactions), steps_of(u))
+        moves = steps_of(u @ problem.matrix.T)
+        contact = np.einsum("ti,ti->t", means_of(multipliers), moves)
+        scale = np.abs(work).sum()
+        figures.at_most(
+            "work of random blocks",
+            f"balance by the trapezoidal rule, {n_increments} steps",
+            np.abs(work - energy - contact).max() / scale,
+            BALANCE,
+            "identity",
+        )
+        tangential = [numbers[1] for numbers in problem.rows]
+        lost = np.einsum("ti,ti->t", multipliers[:, tangential], moves[:, tangential])
+        assert lost.min() >= -1e-12 * scale
+        errors.append(np.abs(steps_of(multipliers) * moves).sum() / 2 / scale)
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    figures.at_least(
+        "work of random blocks", "order of the time error", orders.min(), 0.8, "backward Euler", reference=1
+    )
