@@ -170,8 +170,8 @@ contains
     do i = 1, size(self%askers)
       call self%askers(i)%query%destroy()
     end do
-    deallocate (self%askers, self%points, self%multipliers, self%slip, self%slips, self%clusters, self%methods, self%reasons, self%n_solutions, &
-      self%bounds, self%displacement_bounds, self%is_outside)
+    deallocate (self%askers, self%points, self%multipliers, self%slip, self%slips, self%clusters, self%methods, self%reasons, &
+      self%n_solutions, self%bounds, self%displacement_bounds, self%is_outside)
   end subroutine destroy
 
   !> Returns the head of the table, without a line end: the names of the parameters, cluster, next_cluster (only with several

@@ -136,8 +136,8 @@ contains
     real(rk) :: shares(size(self%names))
     real(rk) :: areas(size(self%names)), slipping(size(self%names))
 
-    areas = self%areas_that_touch(row_areas, multipliers(:size(slips)))
-    slipping = self%areas_that_touch(row_areas, merge(multipliers(:size(slips)), 0.0_rk, slips))
+    call self%sum_areas(row_areas, multipliers(:size(slips)), areas)
+    call self%sum_areas(row_areas, merge(multipliers(:size(slips)), 0.0_rk, slips), slipping)
     shares = 0
     where (areas > 0) shares = slipping / areas
   end function slip_shares

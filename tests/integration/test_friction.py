@@ -156,7 +156,9 @@ def test_full_slip(signorom, tmp_path):
     """Drawn far by its top, a block slips everywhere: friction is mu times pressure, and turns with the motion."""
     changes = {
         "loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]": "",
-        "boundary_conditions: [": "boundary_conditions: [{boundary: top, displacement: {x: 1e-3 * shear, y: -1e-6 * load}}, ",
+        "boundary_conditions: [": (
+            "boundary_conditions: [{boundary: top, displacement: {x: 1e-3 * shear, y: -1e-6 * load}}, "
+        ),
         "mu: {min: 0.3, max: 1}": "mu: {min: 0.05, max: 1}",
         "{P: 4, mu: 0.3}": "{P: 4, mu: 0.1}",
     }
@@ -211,7 +213,7 @@ def test_python(post, results):
                 assert answer.multipliers == pytest.approx(forces, abs=1e-11)
             with pytest.raises(post.NoAnswerError, match="derivatives of contact with friction"):
                 _ = answer.gradient
-        state = dict(P=4, mu=0.3, time=1, load=4, shear=0)
+        state = {"P": 4, "mu": 0.3, "time": 1, "load": 4, "shear": 0}
         with pytest.raises(post.NoAnswerError, match="friction remembers"):
             model.query(**state)
 
