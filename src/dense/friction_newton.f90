@@ -4,9 +4,11 @@
 !>
 !> A step solves for closed contacts alone. A contact that sticks has w_n = 0 and v = 0. One that slips in the direction d has w_n =
 !> 0 and lambda_t = f lambda_n d + lambda_e e with e across d, where v_e + k lambda_e = 0; k is the softness of sig_friction_types.
-!> In the plane there is no e, and a step is the solution of one set of states.
+!> In the plane there is no e, and a step is the solution of one set of states. With the inverse of W, a step may solve for the
+!> openings of the other contacts instead, where these are fewer (sig_friction_openings).
 module sig_friction_newton
   use sig_dense_kernels, only: factor_lu, reciprocal_condition_lu, solve_lu
+  use sig_friction_openings, only: assemble_openings, count_openings, take_openings
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
     friction_workspace_t, most_steps, project, sum_up
   use sig_kinds, only: rk
@@ -18,13 +20,15 @@ module sig_friction_newton
 
   !> where directions change, the method ends after this number of steps without a new lowest residual
   integer, parameter :: patience = 8
+  !> [-] natural residual from which on W is multiplied by the forces of a step for openings
+  real(rk), parameter :: near = 1.0e-8_rk
 
 contains
 
   !> Runs Newton's method from the states, directions and softness of the workspace. It ends when the natural residual is at most
   !> workspace%tolerance (solved), a matrix is singular, a set of states comes back in which no direction can change, or the
   !> residual does not fall. Requires: scale_projections.
-  subroutine run_newton(matrix, friction, contacts, solution, workspace, is_solved)
+  subroutine run_newton(matrix, friction, contacts, solution, workspace, is_solved, inverse)
     !> W, shape (n_rows, n_rows)
     real(rk), intent(in) :: matrix(:, :)
     !> [-] f of each contact, shape (n_contacts)
@@ -34,7 +38,9 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    logical :: is_singular
+    !> of W, shape (n_rows, n_rows); default: steps do without it. Requires: workspace%base
+    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    logical :: has_openings, is_singular
     integer :: i_lowest, i_step
 
     is_solved = .false.
@@ -43,11 +49,22 @@ contains
     do i_step = 1, most_steps
       if (was_seen(contacts, workspace, i_step)) return
       solution%states = workspace%states(:contacts%n_contacts)
-      call solve_states(matrix, friction, contacts, solution%lambda, workspace, is_singular)
+      has_openings = present(inverse)
+      if (has_openings) has_openings = 2 * count_openings(contacts, workspace) < contacts%n_rows()
+      if (has_openings) then
+        call solve_openings(inverse, friction, contacts, solution%lambda, workspace, is_singular)
+      else
+        call solve_states(matrix, friction, contacts, solution%lambda, workspace, is_singular)
+        if (.not. is_singular) call sum_up(matrix, solution%lambda, workspace)
+      end if
       if (is_singular) return
       solution%n_steps = solution%n_steps + 1
-      call sum_up(matrix, solution%lambda, workspace)
       call project(friction, contacts, solution%lambda, workspace, solution%residual)
+      if (has_openings .and. solution%residual <= near) then
+        ! the openings of the step are right up to rounding in the inverse: the last word has W
+        call sum_up(matrix, solution%lambda, workspace)
+        call project(friction, contacts, solution%lambda, workspace, solution%residual)
+      end if
       is_solved = solution%residual <= workspace%tolerance
       if (is_solved) return
       if (solution%residual < workspace%lowest) i_lowest = i_step
@@ -108,6 +125,25 @@ contains
       end do
     end do
   end subroutine solve_states
+
+  !> Solves the linear problem of one step for the openings of contacts that do not stick. Sets workspace%w to them, while
+  !> workspace%row_size stays that of earlier forces.
+  subroutine solve_openings(inverse, friction, contacts, lambda, workspace, is_singular)
+    real(rk), contiguous, intent(in) :: inverse(:, :)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    real(rk), contiguous, intent(inout) :: lambda(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_singular
+    real(rk) :: norm
+    integer :: n
+
+    call assemble_openings(inverse, friction, contacts, workspace, n, norm)
+    call factor(n, norm, workspace, is_singular)
+    if (is_singular) return
+    if (n > 0) call solve_lu(n, workspace%factors, workspace%pivots, workspace%x)
+    call take_openings(inverse, friction, contacts, n, lambda, workspace)
+  end subroutine solve_openings
 
   !> Lists the unknowns of the closed contacts and of the motions.
   pure subroutine list_unknowns(friction, contacts, workspace, n)

@@ -13,6 +13,7 @@ module sig_friction_problem
     friction_workspace_t, project, scale_projections, sum_up
   use sig_kinds, only: rk
   use sig_lcp, only: solve_lcp
+  use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_converged, reason_ill_conditioned, reason_not_finite, reason_pulled_off, reason_sliding, &
     reason_unsolved_friction
   use sig_rounding, only: rounding
@@ -46,7 +47,7 @@ contains
   !> Where no contact has friction or is tied and there are no motions, the answer is that of solve_lcp. All tolerances are
   !> relative, so units do not matter. With a workspace and a solution that were used before for a problem of this size, arrays of
   !> W's size are not allocated.
-  subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace)
+  subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace, inverse)
     !> [length/force] W, rows as friction_contacts_t says, shape (n_rows, n_rows); symmetric but for the rows of motions
     real(rk), intent(in) :: matrix(:, :)
     !> [length] shape (n_rows)
@@ -60,6 +61,8 @@ contains
     !> in: the answer of the last time, from which the search starts if its reason is reason_converged and its size is right
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
+    !> of W, same shape: steps in which most contacts stick are then much faster; default: do without it
+    real(rk), contiguous, intent(in), optional :: inverse(:, :)
     logical :: is_solved
     real(rk) :: f(contacts%n_contacts)
 
@@ -77,7 +80,8 @@ contains
       call solve_without_friction(matrix, contacts, solution, workspace)
     else
       call scale_projections(matrix, contacts, workspace)
-      call solve_from_start(matrix, f, contacts, solution, workspace, is_solved)
+      if (present(inverse)) call multiply(-1.0_rk, inverse, workspace%free(:size(q)), 0.0_rk, workspace%base(:size(q)))
+      call solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
       call finish(matrix, f, contacts, is_solved, solution, workspace)
     end if
     if (solution%reason == reason_converged) call set_openings(origins, contacts, solution, workspace)
@@ -164,20 +168,21 @@ contains
   !> Runs Newton's method from the start, and where it fails again after 4, 8, 16, ... sweeps. Where rows depend on each other, as
   !> in a corner, its matrices are singular; then the sweeps alone may reach an answer. lambda is that of the last sweeps where
   !> nothing helps.
-  subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved)
+  subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
+    real(rk), contiguous, intent(in), optional :: inverse(:, :)
     real(rk) :: swept(size(matrix, 1))
     integer :: i_round
     logical :: is_swept
 
     swept = solution%lambda
     call set_start(matrix, f, contacts, solution, workspace)
-    call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+    call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
     do i_round = 1, most_rounds
       if (is_solved) return
       solution%n_rounds = solution%n_rounds + 1
@@ -186,7 +191,7 @@ contains
       is_swept = solution%residual <= rounding
       solution%lambda = swept
       solution%states = workspace%states(:contacts%n_contacts)
-      if (.not. is_swept) call try_newton(matrix, f, contacts, solution, workspace, is_solved)
+      if (.not. is_swept) call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
       is_solved = is_solved .or. is_swept
     end do
     if (.not. is_solved) solution%lambda = swept
@@ -246,17 +251,22 @@ contains
     end if
   end subroutine set_state
 
-  !> Runs Newton's method; where it stays between 1e-12 and 1e-8 of the terms of a row, as with ill-conditioned matrices, once more
-  !> until it has this residual again.
-  subroutine try_newton(matrix, f, contacts, solution, workspace, is_solved)
+  !> Runs Newton's method, and where the inverse is not accurate enough once more without it; where it stays between 1e-12 and 1e-8
+  !> of the terms of a row, as with ill-conditioned matrices, once more until it has this residual again.
+  subroutine try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
+    real(rk), contiguous, intent(in), optional :: inverse(:, :)
 
     workspace%tolerance = rounding
+    if (present(inverse)) then
+      call run_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
+      if (is_solved) return
+    end if
     call run_newton(matrix, f, contacts, solution, workspace, is_solved)
     if (is_solved .or. workspace%lowest > accepted_residual / 2) return
     workspace%tolerance = 2 * workspace%lowest
@@ -389,7 +399,7 @@ contains
   !> Counts the different solutions of a step that Newton's method finds: the known one, from all contacts sticking, and from all
   !> contacts slipping in their last direction. That it finds one does not prove that there is only one. Without friction there is
   !> one. Arguments: solve_friction, which was called before with the same ones and this workspace.
-  subroutine count_solutions(matrix, friction, contacts, known, workspace, n_solutions)
+  subroutine count_solutions(matrix, friction, contacts, known, workspace, n_solutions, inverse)
     real(rk), intent(in) :: matrix(:, :)
     real(rk), intent(in) :: friction(:)
     type(friction_contacts_t), intent(in) :: contacts
@@ -397,6 +407,7 @@ contains
     type(friction_solution_t), intent(in) :: known
     type(friction_workspace_t), intent(inout) :: workspace
     integer, intent(out) :: n_solutions
+    real(rk), contiguous, intent(in), optional :: inverse(:, :)
     type(friction_solution_t) :: found(2)
     real(rk) :: f(contacts%n_contacts)
     logical :: is_solved, is_new(2)
@@ -411,7 +422,7 @@ contains
       do k = 1, contacts%n_contacts
         call set_state(starts(i), f(k), contacts, k, known%lambda, workspace)
       end do
-      call try_newton(matrix, f, contacts, found(i), workspace, is_solved)
+      call try_newton(matrix, f, contacts, found(i), workspace, is_solved, inverse)
       is_new(i) = is_solved .and. differs(found(i)%lambda, known%lambda)
       if (i == 2) is_new(i) = is_new(i) .and. .not. (is_new(1) .and. .not. differs(found(2)%lambda, found(1)%lambda))
     end do

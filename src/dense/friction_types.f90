@@ -94,6 +94,12 @@ module sig_friction_types
     integer, allocatable :: n_equation(:)
     !> [length/force] added to the diagonal, shape (capacity)
     real(rk), allocatable :: extra(:)
+    !> [force] forces if all contacts are closed and stick, shape (capacity)
+    real(rk), allocatable :: base(:)
+    !> rows that open, of a step that solves for openings; share of the openings of both rows of a contact in each condition; shapes
+    !> (capacity) and (2, capacity)
+    integer, allocatable :: opened(:)
+    real(rk), allocatable :: opening_shares(:, :)
     !> factors, pivots, right-hand side, signs for the estimate of the condition number
     real(rk), allocatable :: factors(:, :)
     integer, allocatable :: pivots(:)
@@ -150,9 +156,10 @@ contains
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
       if (n > self%capacity) then
         if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%parts, self%shares, self%n_parts, &
-          self%n_equation, self%extra, self%factors, self%pivots, self%x, self%work, self%signs)
+          self%n_equation, self%extra, self%base, self%opened, self%opening_shares, self%factors, self%pivots, self%x, self%work, &
+          self%signs)
         allocate (self%free(n), self%w(n), self%row_size(n), self%parts(3, n), self%shares(3, n), self%n_parts(n), &
-          self%n_equation(n), self%extra(n), self%factors(n, n), self%pivots(n), self%x(n), self%work(n), self%signs(n))
+          self%n_equation(n), self%extra(n), self%base(n), self%opened(n), self%opening_shares(2, n), self%factors(n, n), self%pivots(n), self%x(n), self%work(n), self%signs(n))
         self%capacity = n
       end if
       if (n_contacts > self%contact_capacity) then

@@ -44,12 +44,17 @@ contains
     if (.not. is_plain) is_plain = .not. (any(self%tangents > 0) .or. any(self%is_tied))
   end function is_plain
 
-  !> Whether an answer depends on earlier ones: some contacts may slip with friction.
+  !> Whether an answer depends on earlier ones: some contacts may slip with friction. It allocates nothing.
   pure logical function remembers(self)
     class(contact_laws_t), intent(in) :: self
+    integer :: k
 
-    remembers = allocated(self%tangents)
-    if (remembers) remembers = any(self%have_friction())
+    remembers = .false.
+    if (.not. allocated(self%tangents)) return
+    do k = 1, self%n_contacts
+      remembers = self%tangents(1, k) > 0 .and. .not. self%is_tied(k)
+      if (remembers) return
+    end do
   end function remembers
 
   !> Returns which contacts may slip with friction, shape (n_contacts); a coefficient of 0 is friction, too.

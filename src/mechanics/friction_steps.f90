@@ -8,6 +8,7 @@ module sig_friction_steps
   use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
                                   friction_workspace_t, solve_friction
   use sig_kinds, only: rk
+  use sig_linear_algebra, only: invert
   use sig_reasons, only: reason_converged
   implicit none(type, external)
   private
@@ -22,6 +23,8 @@ module sig_friction_steps
     integer, allocatable, private :: anchors(:)
     !> [length/force] shape (n, n) with n = n_rows + n_motions
     real(rk), allocatable, private :: compliance(:, :)
+    !> its inverse, or nothing where it has none, as in corners
+    real(rk), allocatable, private :: inverse(:, :)
   contains
     procedure :: create
     procedure :: advance
@@ -53,7 +56,7 @@ module sig_friction_steps
 contains
 
   !> Makes the matrix of the steps from W.
-  pure subroutine create(self, laws, anchors, scale, compliance)
+  subroutine create(self, laws, anchors, scale, compliance)
     class(friction_steps_t), intent(inout) :: self
     type(contact_laws_t), intent(in) :: laws
     !> rows, 1-based
@@ -63,6 +66,7 @@ contains
     !> [length/force] W; rows and columns of anchors are those of their openings; shape (n_rows, n_rows)
     real(rk), intent(in) :: compliance(:, :)
     integer :: j, n
+    logical :: is_singular
 
     n = size(compliance, 1)
     self%laws = laws
@@ -81,6 +85,10 @@ contains
       self%compliance(anchors(j), n + j) = scale
     end do
     self%compliance(n + 1:, :n) = -transpose(self%compliance(:n, n + 1:))
+    if (allocated(self%inverse)) deallocate (self%inverse)
+    allocate (self%inverse(size(self%compliance, 1), size(self%compliance, 1)))
+    call invert(self%compliance, self%inverse, is_singular)
+    if (is_singular) deallocate (self%inverse)
   end subroutine create
 
   !> Begins a history: nothing has slipped, and tangential rows are at the place 0.
@@ -119,7 +127,7 @@ contains
     if (memory%has_begun) memory%origins = -memory%solution%openings
     memory%has_begun = .true.
     call solve_friction(self%compliance, memory%openings, memory%origins, friction, self%contacts, memory%solution, &
-                        memory%workspace)
+                        memory%workspace, self%inverse)
     memory%slip = 0
     if (memory%solution%reason /= reason_converged) return
     do k = 1, self%contacts%n_contacts
@@ -138,7 +146,7 @@ contains
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
 
-    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n)
+    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n, self%inverse)
   end function count_answers
 
   !> Sets the unknowns of sig_condensed [force]: forces, and in rows of anchors their scaled openings; shape (n_rows).

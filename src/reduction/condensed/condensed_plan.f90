@@ -101,7 +101,9 @@ contains
     character(:), allocatable :: reason
 
     reason = ''
-    associate (room => room_for_forces(problem%deck%reduction))
+    ! with friction there is no other kind of model
+    associate (room => merge(room_for_forces(problem%deck%reduction), problem%deck%reduction%max_full_order_size, &
+      problem%laws%is_plain()))
       if (problem%rows%n_rows == 0) then
         reason = 'there is no contact with a free displacement'
       else if (forces_size(problem) > room) then
