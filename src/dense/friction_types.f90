@@ -156,10 +156,11 @@ contains
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
       if (n > self%capacity) then
         if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%parts, self%shares, self%n_parts, &
-          self%n_equation, self%extra, self%base, self%opened, self%opening_shares, self%factors, self%pivots, self%x, self%work, &
-          self%signs)
+          self%n_equation, self%extra, self%base, self%opened, self%opening_shares, self%factors, self%pivots, self%x, &
+          self%work, self%signs)
         allocate (self%free(n), self%w(n), self%row_size(n), self%parts(3, n), self%shares(3, n), self%n_parts(n), &
-          self%n_equation(n), self%extra(n), self%base(n), self%opened(n), self%opening_shares(2, n), self%factors(n, n), self%pivots(n), self%x(n), self%work(n), self%signs(n))
+          self%n_equation(n), self%extra(n), self%base(n), self%opened(n), self%opening_shares(2, n), self%factors(n, n), &
+          self%pivots(n), self%x(n), self%work(n), self%signs(n))
         self%capacity = n
       end if
       if (n_contacts > self%contact_capacity) then
