@@ -218,7 +218,7 @@ def test_python(post, results):
             model.query(**state)
 
 
-def test_fmu_is_refused(signorom, post, results, tmp_path):
+def test_fmu_is_refused(post, results, tmp_path):
     """An FMU asks states alone."""
     from signorom_post.errors import InputError
     from signorom_post.fmu import write_fmu
