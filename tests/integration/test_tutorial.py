@@ -10,6 +10,7 @@ import sys
 import pytest
 
 from program import ROOT
+from results import read_table
 
 BLOCK = re.compile(r"(?ms)^```(\w+)\n(.*?)^```$")
 # [s] gmsh and some hundred full-order points of a few thousand unknowns
@@ -32,6 +33,7 @@ def said(signorom, library, tmp_path_factory):
     post.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m signorom_post "$@"\n')
     post.chmod(0o755)
     environment = os.environ | {
+        "CLONE": str(ROOT),
         "PATH": f"{programs}:{os.environ['PATH']}",
         "PYTHONPATH": str(ROOT / "tools" / "signorom_post" / "src"),
         "SIGNOROM_LIBRARY": str(library),
@@ -58,9 +60,9 @@ def said(signorom, library, tmp_path_factory):
 
 
 def test_every_command_succeeds(said):
-    """More than a dozen, in the plane and in space."""
+    """In the plane, in space and with friction."""
     outputs, folder = said
-    assert len(outputs) >= 16
+    assert len(outputs) >= 24
     for name in ("clip", "jaw"):
         assert (folder / "results" / name / "model.h5").exists()
         assert (folder / "results" / name / "figures" / "check_bodies.png").exists()
@@ -93,3 +95,19 @@ def test_init_found_the_contacts(said):
     outputs, _ = said
     for name in ("clip", "jaw"):
         assert "1 contact guessed" in outputs[f"signorom init {name}.msh"]
+
+
+def test_history_of_the_tutorial(said):
+    """Numbers and pictures that it names: the shaft that is pulled out."""
+    outputs, folder = said
+    checked = outputs["signorom check $CLONE/input/press_fit_pull.yaml --fields"]
+    assert "440 training, 220 test; 44 times of each point are counted" in checked
+    results = folder / "results" / "press_fit_pull"
+    last = {name: values[-1] for name, values in read_table(results / "history.csv").items()}
+    assert f"{last['contact_1_force_z']:.0f}" == "23396"
+    assert last["contact_1_slip_share"] == pytest.approx(1)
+    for name in ("hysteresis.png", "stick_slip.png", "animation.gif"):
+        assert (results / "figures" / name).exists()
+    assert (folder / "results" / "cycle" / "figures" / "hysteresis.png").exists()
+    force = read_table(folder / "results" / "cycle" / "history.csv")["contact_1_force_z"]
+    assert -force.min() > 1.1 * force.max()

@@ -206,6 +206,40 @@ class PressFit:
         return self.pull * self.radius
 
 
+@dataclass
+class ShaftInHub:
+    """A solid shaft in a hub of the same material, longer than the hub on one side, and pulled there; ends are free.
+
+    Lamé: an interference d of the radius gives p0 = E d (b^2 - r^2) / (2 r b^2). Where an axial stress s has made the
+    shaft thinner by nu s r / E, p = p0 - k s is left, with k = nu (b^2 - r^2) / (2 b^2). At full slip
+    ds/dz = 2 f p / r along the length L. Left out: axial stress of the hub, and what both ends change in the pressure.
+    """
+
+    young: float
+    poisson: float
+    radius: float
+    outside: float
+    length: float
+
+    @property
+    def _share(self):
+        return (self.outside**2 - self.radius**2) / (2 * self.outside**2)
+
+    def pressure(self, interference):
+        """p0."""
+        return self.young * interference / self.radius * self._share
+
+    def pull(self, interference, friction):
+        """f p0 2 pi r L."""
+        return friction * self.pressure(interference) * 2 * np.pi * self.radius * self.length
+
+    def pull_of_thinner_shaft(self, interference, friction):
+        """pi r^2 p0 / k (1 - exp(-2 f k L / r)): the solution of the equation above."""
+        k = self.poisson * self._share
+        largest = np.pi * self.radius**2 * self.pressure(interference) / k
+        return -largest * np.expm1(-2 * friction * k * self.length / self.radius)
+
+
 # D27: NAFEMS rounded punch (Konter 2006; code_aster SSNA122) [mm, MPa]; cross-code values, agreed with one code to six
 # digits; f -> displacement DY(M), pressure p(M)
 ROUNDED_PUNCH = {0.0: (-0.13073, -91.10), 0.1: (-0.12858, -88.67)}
@@ -367,6 +401,27 @@ def check_statics():
     # 5.742 MPa by D12; on 2 pi 20 mm 2 mm
     check("press fit: pull", fit.pull, 0.2 * 5.742 * 2 * np.pi * 20 * 2, 0.1)
     check("press fit: moment", fit.moment, 20 * fit.pull)
+    check_shaft()
+
+
+def check_shaft():
+    """Interference as the sum of both displacements by Lamé, and the equation of the thinner shaft slice by slice."""
+    shaft = ShaftInHub(210e3, 0.3, 10.0, 25.0, 30.0)
+    p = shaft.pressure(0.01)
+    squares = shaft.outside**2 + shaft.radius**2, shaft.outside**2 - shaft.radius**2
+    hub = p * shaft.radius / shaft.young * (squares[0] / squares[1] + shaft.poisson)
+    inside = p * shaft.radius / shaft.young * (1 - shaft.poisson)
+    check("shaft in a hub: interference", (hub + inside) / 0.01, 1)
+    stress, n = 0.0, 100000
+    for _ in range(n):
+        # the interference that is left makes the pressure
+        left = 0.01 - shaft.poisson * stress * shaft.radius / shaft.young
+        stress += 2 * 0.15 * shaft.pressure(left) / shaft.radius * shaft.length / n
+    wanted = shaft.pull_of_thinner_shaft(0.01, 0.15)
+    check("shaft in a hub: pull of the thinner shaft", np.pi * shaft.radius**2 * stress / wanted, 1, 1e-5)
+    check(
+        "shaft in a hub: small f", shaft.pull_of_thinner_shaft(0.01, 1e-6) / shaft.pull(0.01, 1e-6), 1, 1e-6
+    )
 
 
 if __name__ == "__main__":
