@@ -405,8 +405,8 @@ int signorom_get_resultant_gradient(signorom_context *context, double *forces, d
 int signorom_get_displacement_gradient_at(signorom_context *context, int n, const int *nodes, double *gradient);
 /* Gives the relative error of the derivative of the displacement with respect to each parameter [n_parameters]: a bound
  * of the error in the norm of the stiffness over the size of the derivative, which counts as at least a thousandth of
- * the largest displacement in training over the range of the parameter. -1: not known, as in a model of the kind
- * interpolated. */
+ * the largest displacement in training over the range of the parameter. -1: not known, as wherever the displacement
+ * itself has no bound. */
 int signorom_get_displacement_gradient_errors(signorom_context *context, double *errors);
 
 #ifdef __cplusplus

@@ -3,7 +3,7 @@
 !> displacement: interpolated at the exact dofs, by modes at the others, or none.
 module sig_body_compliance
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
-  use sig_answer, only: answer_t, comparable_size
+  use sig_answer, only: answer_t, comparable_size, no_bound
   use sig_body_data, only: body_data_t
   use sig_body_response, only: body_weights_t
   use sig_compliance, only: compliance_point_t, round_work
@@ -43,6 +43,7 @@ module sig_body_compliance
     procedure :: driven_size
     procedure :: field_error
     procedure :: has_linear_field
+    procedure :: bound_change
     procedure :: own_error
     procedure :: foreign_factor
     procedure :: rounding
@@ -167,11 +168,11 @@ contains
     type(compliance_point_t), intent(in) :: point
     !> in: with the coordinates of the modes
     type(answer_t), intent(inout) :: answer
-    real(rk) :: closing(self%n_rows()), missing(self%n_rows()), rho(self%n_rows()), size_of_field, stiffest
+    real(rk) :: closing(self%n_rows()), missing(self%n_rows()), rho(self%n_rows()), size_of_field
 
     if (.not. allocated(self%middle_factor)) return
     if (size(self%middle_factor) == 0) return
-    call close_by_modes(self, answer%theta, answer%coordinates, closing, stiffest)
+    call close_by_modes(self, answer%theta, answer%coordinates, closing)
     ! D - B u_r - (W lambda_r + q)
     missing = -point%opening - closing
     call multiply(-1.0_rk, point%matrix, self%with_closed_anchors(answer%unknowns), 1.0_rk, missing)
@@ -179,14 +180,13 @@ contains
     rho(:size(self%free_rows)) = missing(self%free_rows)
     call reduce_cholesky(size(self%free_rows), self%middle_factor, rho)
     size_of_field = comparable_size(point%field_size, self%largest_field)
-    call answer%take_displacement_bound(2 * point%residual + sqrt(stiffest) * norm2(rho(:size(self%free_rows))) + &
-      self%rounding() * size_of_field, size_of_field)
+    call answer%take_displacement_bound(2 * point%residual + sqrt(stiffest_part(self, answer%theta)) * &
+      norm2(rho(:size(self%free_rows))) + self%rounding() * size_of_field, size_of_field)
   end subroutine bound_by_modes
 
-  !> Computes B u_r, by which all contacts close, and a factor b with K <= b K(mu_0) for all bodies. u_r is the displacement by
-  !> modes; the rigid motions of bodies that only contact holds are left out. K(mu_0) is the stiffness for the moduli for which the
-  !> modes were made.
-  subroutine close_by_modes(self, theta, coordinates, closing, stiffest)
+  !> Computes B u_r, by which all contacts close. u_r is the displacement by modes; the rigid motions of bodies that only contact
+  !> holds are left out. It is linear in the terms and in the coordinates.
+  subroutine close_by_modes(self, theta, coordinates, closing)
     type(body_compliance_t), intent(in) :: self
     !> shape (n_terms)
     real(rk), contiguous, intent(in) :: theta(:)
@@ -194,20 +194,27 @@ contains
     real(rk), contiguous, intent(in) :: coordinates(:)
     !> [length] shape (n_multipliers)
     real(rk), contiguous, intent(inout) :: closing(:)
-    !> [-] b
-    real(rk), intent(out) :: stiffest
     integer :: first, i, last
 
     closing = 0
-    stiffest = 0
     last = 0
     do i = 1, size(self%modes)
       first = last + 1
       last = last + self%modes(i)%n_modes()
       call self%modes(i)%add_closing(theta, coordinates(first:last), closing)
-      stiffest = max(stiffest, self%modes(i)%stiffest(theta))
     end do
   end subroutine close_by_modes
+
+  !> Returns a factor b [-] with K <= b K(mu_0) for all bodies; K(mu_0) is the stiffness for the moduli for which the modes were
+  !> made.
+  pure real(rk) function stiffest_part(self, theta)
+    type(body_compliance_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer :: i
+
+    stiffest_part = maxval([(self%modes(i)%stiffest(theta), i=1, size(self%modes))])
+  end function stiffest_part
 
   !> Returns the number of modes of all bodies together, which give displacements; forces do not depend on them.
   pure integer function n_modes(self)
@@ -535,6 +542,106 @@ contains
 
     has_linear_field = .false.
   end function has_linear_field
+
+  !> Bounds the error of the displacement's derivative, by the README of this folder:
+  !>
+  !>     |e'|_K <= |r'|_{K^-1} + kappa |e|_K + |rho'|_{W^-1},   |K'e|_{K^-1} <= kappa |e|_K,
+  !>
+  !> with the largest relative change kappa of a part of the stiffness, and |e|_K from displacement_bound; rho are the openings that
+  !> the displacement misses (bound_by_modes). An interpolated displacement has rho = 0. With modes, if the forces have a bound,
+  !> |rho'|_{W^-1} <= |r_I'|_{K^-1} + kappa |r_I|_{K^-1} with the residual r_I of the interpolated displacement under the same
+  !> forces. Not known where displacement_bound is not.
+  subroutine bound_change(self, answer, gradient, i_parameter, point, bound, size_of_change)
+    class(body_compliance_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    type(compliance_point_t), intent(in) :: point
+    real(rk), intent(out) :: bound
+    real(rk), intent(out) :: size_of_change
+    real(rk) :: closed(self%n_rows()), closed_change(self%n_rows())
+    real(rk) :: errors(size(self%bodies)), missing(size(self%bodies)), rate, residual, sizes(size(self%bodies))
+    integer :: i
+
+    bound = no_bound
+    size_of_change = 0
+    if (.not. answer%displacement_bound >= 0) return
+    closed = self%with_closed_anchors(answer%unknowns)
+    closed_change = self%with_closed_anchors(gradient%unknowns(:, i_parameter))
+    associate (theta => answer%theta, theta_change => gradient%theta(:, i_parameter))
+      missing = 0
+      if (self%has_bound()) then
+        do i = 1, size(self%bodies)
+          errors(i) = self%bodies(i)%field_bound(theta, closed)
+          missing(i) = self%bodies(i)%field_change_bound(theta, theta_change, closed, closed_change)
+        end do
+      end if
+      if (self%has_modes()) then
+        call measure_modes(self, answer, gradient, i_parameter, residual, size_of_change, rate)
+        if (self%has_bound()) then
+          bound = residual + norm2(missing) + rate * (answer%displacement_bound + norm2(errors))
+        else
+          bound = residual + rate * answer%displacement_bound + missed_change(self, answer, gradient, i_parameter, point)
+        end if
+      else
+        rate = maxval([(self%bodies(i)%stiffness_rate(theta, theta_change), i=1, size(self%bodies))])
+        bound = norm2(missing) + rate * answer%displacement_bound
+        do i = 1, size(sizes)
+          sizes(i) = self%bodies(i)%field_change_size(theta, theta_change, closed, closed_change)
+        end do
+        size_of_change = norm2(sizes)
+      end if
+    end associate
+  end subroutine bound_change
+
+  !> Computes the residual and the size of the derivative of the displacement by modes [sqrt(force*length) per unit of the
+  !> parameter], and the largest relative change of a part of the stiffness [per unit of the parameter].
+  subroutine measure_modes(self, answer, gradient, i_parameter, residual, size_of_change, rate)
+    type(body_compliance_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    real(rk), intent(out) :: residual
+    real(rk), intent(out) :: size_of_change
+    real(rk), intent(out) :: rate
+    real(rk) :: closed_change(self%n_rows()), energies(size(self%modes)), residuals(size(self%modes))
+    integer :: first, i, last
+
+    closed_change = self%with_closed_anchors(gradient%unknowns(:, i_parameter))
+    rate = 0
+    last = 0
+    do i = 1, size(self%modes)
+      first = last + 1
+      last = last + self%modes(i)%n_modes()
+      call self%modes(i)%measure_change(answer%theta, gradient%theta(:, i_parameter), answer%coordinates(first:last), &
+        closed_change, gradient%coordinates(first:last, i_parameter), residuals(i), energies(i))
+      rate = max(rate, self%modes(i)%stiffness_rate(answer%theta, gradient%theta(:, i_parameter)))
+    end do
+    residual = norm2(residuals)
+    size_of_change = sqrt(sum(energies))
+  end subroutine measure_modes
+
+  !> Returns an upper bound [sqrt(force*length) per unit of the parameter] of |rho'|_{W^-1}: rho is that of bound_by_modes.
+  real(rk) function missed_change(self, answer, gradient, i_parameter, point) result(missed)
+    type(body_compliance_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(in) :: gradient
+    integer, intent(in) :: i_parameter
+    !> after evaluate
+    type(compliance_point_t), intent(in) :: point
+    real(rk), dimension(self%n_rows()) :: changes, closing, rho
+
+    associate (theta_change => gradient%theta(:, i_parameter), n => size(self%free_rows))
+      call close_by_modes(self, theta_change, gradient%coordinates(:, i_parameter), closing)
+      call self%change_openings(point, answer%theta, theta_change, answer%unknowns, changes)
+      changes = -changes - closing
+      call multiply(-1.0_rk, point%matrix, self%with_closed_anchors(gradient%unknowns(:, i_parameter)), 1.0_rk, changes)
+      call multiply(1.0_rk, self%gap, theta_change, 1.0_rk, changes)
+      rho(:n) = changes(self%free_rows)
+      call reduce_cholesky(n, self%middle_factor, rho)
+      missed = sqrt(stiffest_part(self, answer%theta)) * norm2(rho(:n))
+    end associate
+  end function missed_change
 
   !> Returns a bound [sqrt(force*length)] of |lambda_r - lambda| in the norm of W, for the forces of the interpolated problem. For
   !> other forces it bounds only the part of the error that interpolation makes. Source: README. Requires: has_bound.

@@ -48,8 +48,10 @@ module sig_body_modes
     procedure :: n_modes
     procedure :: solve
     procedure :: change
+    procedure :: measure_change
     procedure :: add_closing
     procedure :: stiffest
+    procedure :: stiffness_rate
     procedure :: add_field
     procedure :: displacement_of
     procedure :: mismatch
@@ -123,7 +125,7 @@ contains
     call find_coordinates(self, size(place), stiffness, theta, forces, place)
     coordinates = place(first:)
     energy = work_of(size(place), stiffness, place)
-    residual = size_of_residual(self, ratios, theta, forces, place)
+    residual = size_of_residual(self, ratios, theta, forces, outer(place, ratios))
   end subroutine solve
 
   !> Computes the change da, to first order, of the coordinates of the modes for given changes of the terms and of the contact
@@ -153,6 +155,42 @@ contains
     call find_coordinates(self, size(place), stiffness, theta_change, force_change, place_change, -moved(n_lifted + 1:))
     changes = place_change(n_lifted + 1:)
   end subroutine change
+
+  !> Computes a bound of the derivative of the residual of equilibrium, r' = F theta' - B'z' - sum_q (k_q' K_q u + k_q K_q u'), and
+  !> the size of the derivative u' of the displacement by modes.
+  subroutine measure_change(self, theta, theta_change, coordinates, force_change, coordinate_change, residual, energy)
+    class(body_modes_t), intent(in) :: self
+    !> values of the model's terms and their derivatives, shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [length] a, shape (n_modes)
+    real(rk), intent(in) :: coordinates(:)
+    !> [force] derivative of z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: force_change(:)
+    !> [length] derivative of a, result of change
+    real(rk), intent(in) :: coordinate_change(:)
+    !> [sqrt(force*length)] upper bound of |r'| in the norm of K^-1
+    real(rk), intent(out) :: residual
+    !> [force*length] u''K u'
+    real(rk), intent(out) :: energy
+    real(rk) :: place_change(size(self%basis, 2)), ratios(size(self%moduli)), stiffness(size(self%basis, 2)**2)
+
+    place_change = [theta_change(self%lifted_terms), coordinate_change]
+    ratios = part_ratios(self, theta)
+    call multiply(1.0_rk, self%stiffness, ratios, 0.0_rk, stiffness)
+    energy = work_of(size(place_change), stiffness, place_change)
+    residual = size_of_residual(self, ratios, theta_change, force_change, outer(place_change, ratios) + &
+      outer([theta(self%lifted_terms), coordinates], part_ratio_changes(self, theta, theta_change)))
+  end subroutine measure_change
+
+  !> Returns a b'.
+  pure function outer(a, b)
+    real(rk), intent(in) :: a(:)
+    real(rk), intent(in) :: b(:)
+    real(rk) :: outer(size(a), size(b))
+
+    outer = spread(a, 2, size(b)) * spread(b, 1, size(a))
+  end function outer
 
   !> Returns dk_q [-], the changes of part_ratios, to first order, for a change of the terms. Moduli are proportional to Young's
   !> modulus, and d ln(kappa)/d nu = 2/(1 - 2 nu), in plane stress 1/(1 - nu), d ln(G)/d nu = -1/(1 + nu).
@@ -198,6 +236,17 @@ contains
 
     stiffest = maxval(part_ratios(self, theta))
   end function stiffest
+
+  !> Returns the largest |k_q'| / k_q [per unit of a parameter], for derivatives of the terms: |K' u|_{K^-1} is at most this times
+  !> |u|_K.
+  pure real(rk) function stiffness_rate(self, theta, theta_change)
+    class(body_modes_t), intent(in) :: self
+    !> values of the model's terms and their derivatives
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+
+    stiffness_rate = maxval(abs(part_ratio_changes(self, theta, theta_change)) / part_ratios(self, theta))
+  end function stiffness_rate
 
   !> Solves Galerkin's equations for the coordinates of the modes. If the matrix of the equations is not positive definite, the
   !> coordinates of the modes are zero.
@@ -247,26 +296,23 @@ contains
   end function work_of
 
   !> Returns an upper bound [sqrt(force*length)] of |r| in the norm of K^-1, where r is the residual of equilibrium of the body.
-  real(rk) function size_of_residual(self, ratios, theta, forces, place) result(residual)
+  real(rk) function size_of_residual(self, ratios, theta, forces, places) result(residual)
     type(body_modes_t), intent(in) :: self
     !> [-] k_q from part_ratios
     real(rk), intent(in) :: ratios(:)
     real(rk), intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), intent(in) :: forces(:)
-    !> coordinates of liftings and modes, shape (n_lifted + n_modes)
-    real(rk), intent(in) :: place(:)
+    !> coordinates of liftings and modes times k_q of each part, shape (n_lifted + n_modes, n_parts)
+    real(rk), intent(in) :: places(:, :)
     real(rk) :: coefficients(size(self%residuals, 2)), reduced(size(self%residuals, 1))
-    integer :: i, n
+    integer :: n
 
     n = size(self%loads, 2)
     coefficients(:n) = theta(:n)
     coefficients(n + 1:n + size(forces)) = -forces
     n = n + size(forces)
-    do i = 1, size(ratios)
-      coefficients(n + 1:n + size(place)) = -ratios(i) * place
-      n = n + size(place)
-    end do
+    coefficients(n + 1:) = -reshape(places, [size(places)])
     call multiply(1.0_rk, self%residuals, coefficients, 0.0_rk, reduced)
     residual = norm2(reduced) / sqrt(minval(ratios))
   end function size_of_residual

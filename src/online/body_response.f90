@@ -10,7 +10,7 @@ module sig_body_response
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_interpolated_constants, only: to_variable, variable_change
-  use sig_interpolation_bound, only: interpolation_bound_t, stiffness_ratios
+  use sig_interpolation_bound, only: interpolation_bound_t, stiffness_rates, stiffness_ratios
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_polynomial_nodes, only: most_variables, polynomial_nodes_t
@@ -69,8 +69,11 @@ module sig_body_response
     procedure :: has_bound
     procedure :: error_bound
     procedure :: field_bound
+    procedure :: field_change_bound
+    procedure :: field_change_size
     procedure :: driven_energy
     procedure :: stiffness_limits
+    procedure :: stiffness_rate
     procedure :: opening_of_row
     procedure :: displacement_of
     procedure :: mismatch
@@ -109,24 +112,45 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     real(rk), contiguous, intent(in) :: theta_change(:)
     type(body_weights_t) :: changes
-    real(rk) :: constant_changes(size(self%numerators)), constants(size(self%numerators))
     type(body_weights_t) :: weights
+
+    weights = self%weights_at(theta)
+    allocate (changes%of_prescribed(self%nodes%n_nodes()))
+    call self%nodes%weight_changes(self%variables_at(theta), variable_change(constants_at(self, theta), &
+      constant_changes(self, theta, theta_change), self%denominators > 0, self%is_logarithmic), changes%of_prescribed)
+    changes%of_forces = changes%of_prescribed / self%modulus_ratio(theta) - &
+      weights%of_forces * scale_rate(self, theta, theta_change)
+  end function change_weights
+
+  !> Returns the changes [-] of constants_at, to first order, for a change of the terms.
+  pure function constant_changes(self, theta, theta_change) result(changes)
+    type(body_response_t), intent(in) :: self
+    !> values of the model's terms and their changes
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+    !> shape (n_variables)
+    real(rk) :: changes(size(self%numerators))
+    real(rk) :: constants(size(self%numerators))
     integer :: i
 
     constants = constants_at(self, theta)
     do i = 1, size(constants)
       associate (above => self%numerators(i), below => self%denominators(i))
-        constant_changes(i) = theta_change(above)
-        if (below > 0) constant_changes(i) = (theta_change(above) - constants(i) * theta_change(below)) / theta(below)
+        changes(i) = theta_change(above)
+        if (below > 0) changes(i) = (theta_change(above) - constants(i) * theta_change(below)) / theta(below)
       end associate
     end do
-    weights = self%weights_at(theta)
-    allocate (changes%of_prescribed(self%nodes%n_nodes()))
-    call self%nodes%weight_changes(self%variables_at(theta), &
-      variable_change(constants, constant_changes, self%denominators > 0, self%is_logarithmic), changes%of_prescribed)
-    changes%of_forces = changes%of_prescribed / self%modulus_ratio(theta) - &
-      weights%of_forces * theta_change(self%modulus_term) / theta(self%modulus_term)
-  end function change_weights
+  end function constant_changes
+
+  !> Returns the relative change s'/s of modulus_ratio for a change of the terms.
+  pure real(rk) function scale_rate(self, theta, theta_change)
+    type(body_response_t), intent(in) :: self
+    !> values of the model's terms and their changes
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+
+    scale_rate = theta_change(self%modulus_term) / theta(self%modulus_term)
+  end function scale_rate
 
   !> Returns the variables [-] of the interpolation at a point: the constants of constants_at or, if is_logarithmic, logarithms
   !> made from them (to_variable of sig_interpolated_constants).
@@ -250,6 +274,99 @@ contains
       self%is_thin, bound_coefficients(self, theta, forces))
   end function field_bound
 
+  !> Returns a bound [sqrt(force*length) per unit of a parameter] of the derivative of the residual of this body's interpolated
+  !> displacement, in the norm of the inverse of its stiffness; 0 for an exact body. Requires: has_bound, nodes%prepare.
+  real(rk) function field_change_bound(self, theta, theta_change, forces, force_change) result(bound)
+    class(body_response_t), intent(in) :: self
+    !> values of the model's terms and their derivatives
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    !> [force] z, zero on anchors, and its derivative; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk), contiguous, intent(in) :: force_change(:)
+    real(rk), dimension(size(self%bound%residuals, 1)) :: changes, coefficients
+    real(rk) :: constants(size(self%numerators)), slopes(size(self%numerators))
+    integer :: n_driving
+
+    bound = 0
+    if (size(self%numerators) == 0) return
+    constants = constants_at(self, theta)
+    slopes = constant_changes(self, theta, theta_change)
+    coefficients = bound_coefficients(self, theta, forces)
+    changes = bound_coefficients(self, theta, force_change)
+    n_driving = (size(coefficients) - size(forces)) / 2
+    changes(:n_driving) = theta_change(:n_driving)
+    changes(n_driving + 1:2 * n_driving) = self%modulus_ratio(theta) * &
+      (theta_change(:n_driving) + scale_rate(self, theta, theta_change) * theta(:n_driving))
+    bound = self%bound%evaluate_change(self%nodes%on_line(), constants(1), slopes(1), self%modulus_ratio(theta), &
+      self%denominators(1) > 0, self%is_thin, coefficients, changes)
+  end function field_change_bound
+
+  !> Returns a lower bound [sqrt(force*length) per unit of a parameter] of the size |u'|_K of the derivative of the body's
+  !> displacement, by sizes at the point. As the moduli change together, s' of sig_body_response, u' = w is the displacement under
+  !> F' - F s'/s and z' - z s'/s; as the parts of the stiffness change at other rates, by d at most, |u' - w|_K <= d |u|_K. It is
+  !> exact where no interpolated constant changes. Requires: has_bound, nodes%prepare.
+  real(rk) function field_change_size(self, theta, theta_change, forces, force_change) result(size_of)
+    class(body_response_t), intent(in) :: self
+    !> the arguments are those of field_change_bound
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(in) :: theta_change(:)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk), contiguous, intent(in) :: force_change(:)
+    real(rk) :: rate, others
+
+    rate = scale_rate(self, theta, theta_change)
+    others = maxval(abs(rates_of_parts(self, theta, theta_change) - rate))
+    size_of = size_under(self, theta, theta_change - rate * theta, theta_change, force_change - rate * forces)
+    if (others > 0) size_of = max(0.0_rk, size_of - others * size_under(self, theta, theta, theta, forces))
+  end function field_change_size
+
+  !> Returns |u|_K [sqrt(force*length)] of the body under given loads, prescribed displacements and forces, with the stiffness of a
+  !> point.
+  real(rk) function size_under(self, theta, loading, prescribing, forces) result(size_of)
+    type(body_response_t), intent(in) :: self
+    !> values of the model's terms for the elastic constants
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> values of the terms for the loads and for the prescribed displacements
+    real(rk), intent(in) :: loading(:)
+    real(rk), intent(in) :: prescribing(:)
+    !> [force] z, zero on anchors; shape (n_multipliers)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk) :: closing(size(forces))
+
+    closing = 0
+    call self%add_closing(self%weights_at(theta), forces, closing)
+    size_of = sqrt(max(0.0_rk, dot_product(forces, closing) + energy_of(self, theta, loading, prescribing, forces)))
+  end function size_under
+
+  !> Returns the largest relative change of a part of the body's stiffness [per unit of a parameter], for derivatives of the terms:
+  !> |K' u|_{K^-1} is at most this times |u|_K. Requires: has_bound.
+  pure real(rk) function stiffness_rate(self, theta, theta_change)
+    class(body_response_t), intent(in) :: self
+    !> values of the model's terms and their derivatives
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+
+    stiffness_rate = maxval(abs(rates_of_parts(self, theta, theta_change)))
+  end function stiffness_rate
+
+  !> Returns the relative changes of the two parts of the body's stiffness.
+  pure function rates_of_parts(self, theta, theta_change) result(rates)
+    type(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: theta_change(:)
+    real(rk) :: rates(2)
+    real(rk) :: constants(size(self%numerators)), slopes(size(self%numerators))
+
+    rates = 0
+    if (size(self%numerators) > 0) then
+      constants = constants_at(self, theta)
+      slopes = constant_changes(self, theta, theta_change)
+      rates = stiffness_rates(constants(1), slopes(1), self%denominators(1) > 0, self%is_thin)
+    end if
+    rates = rates + scale_rate(self, theta, theta_change)
+  end function rates_of_parts
+
   !> Returns the part of |u|_K^2 [force*length] of the body that depends on the driving terms. With s of sig_body_response, the
   !> displacements U_F under loads and U_D under prescribed displacements at s = 1, and H of the contact forces z,
   !>
@@ -261,22 +378,37 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     !> [force] z, zero on anchors; shape (n_multipliers)
     real(rk), contiguous, intent(in) :: forces(:)
-    real(rk) :: opening(size(forces)), products(nint(sqrt(real(size(self%loaded_energy, 1), rk))))
-    real(rk) :: responses(size(self%loaded_opening, 1)), squares(size(self%loaded_energy, 1))
+
+    energy = energy_of(self, theta, theta, theta, forces)
+  end function driven_energy
+
+  !> Returns the same as driven_energy for any loads and prescribed displacements. The arguments are those of size_under.
+  real(rk) function energy_of(self, theta, loading, prescribing, forces) result(energy)
+    type(body_response_t), intent(in) :: self
+    real(rk), intent(in) :: theta(:)
+    real(rk), intent(in) :: loading(:)
+    real(rk), intent(in) :: prescribing(:)
+    real(rk), contiguous, intent(in) :: forces(:)
+    real(rk), dimension(nint(sqrt(real(size(self%loaded_energy, 1), rk)))) :: loads, prescribed, products
+    real(rk) :: opening(size(forces)), responses(size(self%loaded_opening, 1)), squares(size(self%loaded_energy, 1))
     type(body_weights_t) :: weights
 
-    opening = 0
+    loads = loading(:size(loads))
+    prescribed = prescribing(:size(prescribed))
+    weights = self%weights_at(theta)
     products = 0
-    associate (s => self%modulus_ratio(theta), leading => theta(:size(products)))
-      weights = self%weights_at(theta)
-      call multiply(1.0_rk, self%loaded_energy, weights%of_forces, 0.0_rk, squares)
-      call multiply(s, self%prescribed_energy, weights%of_prescribed, 1.0_rk, squares)
-      call add_columns(size(products), squares, leading, products)
-      call multiply(1.0_rk, self%loaded_opening, weights%of_forces, 0.0_rk, responses)
-      call add_columns(size(forces), responses, leading, opening)
-      energy = dot_product(leading, products) + 2 * dot_product(forces, opening)
-    end associate
-  end function driven_energy
+    call multiply(1.0_rk, self%loaded_energy, weights%of_forces, 0.0_rk, squares)
+    call add_columns(size(products), squares, loads, products)
+    energy = dot_product(loads, products)
+    products = 0
+    call multiply(self%modulus_ratio(theta), self%prescribed_energy, weights%of_prescribed, 0.0_rk, squares)
+    call add_columns(size(products), squares, prescribed, products)
+    energy = energy + dot_product(prescribed, products)
+    opening = 0
+    call multiply(1.0_rk, self%loaded_opening, weights%of_forces, 0.0_rk, responses)
+    call add_columns(size(forces), responses, loads, opening)
+    energy = energy + 2 * dot_product(forces, opening)
+  end function energy_of
 
   !> Returns the coefficients x of sig_interpolation_bound at a point.
   function bound_coefficients(self, theta, forces) result(coefficients)

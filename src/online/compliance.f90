@@ -13,7 +13,7 @@
 !> Everything that a condensed model does (sig_condensed_model) is written for this type. An implementation says how W and q depend
 !> on the point, and what it knows of its error.
 module sig_compliance
-  use sig_answer, only: answer_t, comparable_size
+  use sig_answer, only: answer_t, comparable_size, no_bound
   use sig_bits, only: n_words, unpack_bits
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
@@ -97,6 +97,7 @@ module sig_compliance
     procedure :: complete_gradient => nothing_to_add
     procedure :: has_bound => yes
     procedure :: has_linear_field => linear
+    procedure :: bound_change => unknown_change
     procedure :: own_error => no_error
     procedure :: foreign_factor => one
     procedure :: rounding => usual_rounding
@@ -454,6 +455,26 @@ contains
 
     linear = .true.
   end function linear
+
+  !> Bounds the error of the derivative of the displacement with respect to one parameter in the norm of the stiffness, where
+  !> has_linear_field is false. This default knows no bound.
+  subroutine unknown_change(self, answer, gradient, i_parameter, point, bound, size_of_change)
+    class(compliance_t), intent(in) :: self
+    !> the answer that was differentiated
+    type(answer_t), intent(in) :: answer
+    !> after complete_gradient
+    type(gradient_t), intent(in) :: gradient
+    !> number of the parameter, 1-based
+    integer, intent(in) :: i_parameter
+    !> after evaluate
+    type(compliance_point_t), intent(in) :: point
+    !> [sqrt(force*length) per unit of the parameter] no_bound if it is not known, and a lower bound of the size of the derivative
+    real(rk), intent(out) :: bound
+    real(rk), intent(out) :: size_of_change
+
+    bound = no_bound
+    size_of_change = 0
+  end subroutine unknown_change
 
   !> Returns a bound [sqrt(force*length)] of the error |lambda_r - lambda| in the norm of W that errors of W and q cause in the
   !> forces of the problem. This default has no such errors.

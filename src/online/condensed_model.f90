@@ -551,24 +551,30 @@ contains
   end subroutine displacement_changes
 
   !> Returns the errors of the displacement's derivatives: those of modes or compressed responses under the changes of the forces,
-  !> and rounding. Arguments: no_change_errors in sig_reduced.
+  !> or of interpolation (bound_change), and rounding. Arguments: no_change_errors in sig_reduced.
   function change_errors(self, answer, gradient) result(errors)
     class(condensed_model_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     type(gradient_t), intent(in) :: gradient
     real(rk), allocatable :: errors(:)
     type(compliance_point_t) :: point
+    real(rk) :: bound, size_of_change
     integer :: i
     logical :: is_possible
 
     allocate (errors(size(gradient%theta, 2)), source=no_bound)
-    if (.not. (self%has_displacement() .and. self%compliance%has_linear_field())) return
+    if (.not. self%has_displacement()) return
     call self%compliance%create_point(point)
     point%i_system = max(1, answer%row_cluster)
     call self%compliance%evaluate(answer%theta, point, is_possible)
     do i = 1, size(errors)
-      errors(i) = change_error(self%compliance, point, gradient%theta(:, i), &
-        self%compliance%with_closed_anchors(gradient%unknowns(:, i)), gradient%lengths(i))
+      if (self%compliance%has_linear_field()) then
+        errors(i) = change_error(self%compliance, point, gradient%theta(:, i), &
+          self%compliance%with_closed_anchors(gradient%unknowns(:, i)), gradient%lengths(i))
+      else
+        call self%compliance%bound_change(answer, gradient, i, point, bound, size_of_change)
+        if (bound >= 0) errors(i) = relative_change(self%compliance, gradient%lengths(i), bound, size_of_change)
+      end if
     end do
   end function change_errors
 
@@ -580,15 +586,27 @@ contains
     real(rk), contiguous, intent(in) :: unknown_change(:)
     !> [unit of the parameter] length of its range
     real(rk), intent(in) :: length
-    real(rk) :: energy, size_of_change
+    real(rk) :: energy
 
     energy = size_in_energy(compliance, point, unknown_change)**2
-    size_of_change = comparable_size(length * compliance%size_of_field(theta_change, unknown_change, energy, point), &
-      compliance%largest_field)
-    error = compliance%rounding()
-    if (size_of_change > 0) error = error + length * compliance%field_error(theta_change, unknown_change, energy, point) / &
-      size_of_change
+    error = relative_change(compliance, length, compliance%field_error(theta_change, unknown_change, energy, point), &
+      compliance%size_of_field(theta_change, unknown_change, energy, point))
   end function change_error
+
+  !> Returns the bound of a derivative's error, relative to the size of the derivative, and rounding.
+  real(rk) function relative_change(compliance, length, bound, size_of_change) result(error)
+    class(compliance_t), intent(in) :: compliance
+    !> [unit of the parameter] length of its range
+    real(rk), intent(in) :: length
+    !> [sqrt(force*length) per unit of the parameter]
+    real(rk), intent(in) :: bound
+    real(rk), intent(in) :: size_of_change
+    real(rk) :: comparable
+
+    comparable = comparable_size(length * size_of_change, compliance%largest_field)
+    error = compliance%rounding()
+    if (comparable > 0) error = error + length * bound / comparable
+  end function relative_change
 
   !> Returns the size sqrt(lambda' W lambda) [sqrt(force*length)] of forces, with closed anchors: forces on anchors do not count. W
   !> is that of the point that `solve` left in the room.

@@ -18,7 +18,7 @@ module sig_interpolation_bound
   use sig_linear_algebra, only: multiply
   implicit none(type, external)
   private
-  public :: interpolation_bound_t, node_product, stiffness_factor, stiffness_ratios
+  public :: interpolation_bound_t, node_product, stiffness_factor, stiffness_rates, stiffness_ratios
 
   type :: interpolation_bound_t
     !> [-] c_0, the value of the constant at which the additional response was computed
@@ -37,6 +37,7 @@ module sig_interpolation_bound
     procedure :: is_there
     procedure :: evaluate
     procedure :: evaluate_field
+    procedure :: evaluate_change
     procedure :: write
     procedure :: read
   end type interpolation_bound_t
@@ -99,6 +100,31 @@ contains
     bound = factor * size_in(self%residuals, coefficients) / sqrt(ratios(1))
   end function evaluate_field
 
+  !> Returns a bound [sqrt(force*length) per unit of a parameter] of the derivative of the residual r = (w/p) Z x, as the constant
+  !> and the coefficients x change: |(w/p)' Z x + (w/p) Z x'|_{K^-1}. The other arguments are those of evaluate. Requires: is_there.
+  real(rk) function evaluate_change(self, nodes, constant, constant_change, modulus_ratio, is_ratio_of_moduli, is_thin, &
+    coefficients, coefficient_changes) result(bound)
+    class(interpolation_bound_t), intent(in) :: self
+    real(rk), intent(in) :: nodes(:)
+    real(rk), intent(in) :: constant
+    !> [per unit of the parameter] derivatives of c and of x
+    real(rk), intent(in) :: constant_change
+    real(rk), intent(in) :: modulus_ratio
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+    real(rk), contiguous, intent(in) :: coefficients(:)
+    real(rk), contiguous, intent(in) :: coefficient_changes(:)
+    real(rk) :: factor, factor_slope, p, product_slope, ratios(2)
+    integer :: i
+
+    p = stiffness_factor(constant, is_ratio_of_moduli, is_thin)
+    factor = node_product(nodes, constant) / p
+    product_slope = sum([(node_product([nodes(:i - 1), nodes(i + 1:)], constant), i=1, size(nodes))])
+    factor_slope = (product_slope - factor * stiffness_factor_slope(constant, is_ratio_of_moduli, is_thin)) / p
+    ratios = modulus_ratio * stiffness_ratios(constant, self%place, is_ratio_of_moduli, is_thin)
+    bound = size_in(self%residuals, factor_slope * constant_change * coefficients + factor * coefficient_changes) / sqrt(ratios(1))
+  end function evaluate_change
+
   !> Returns sqrt(x'Mx), or 0 where rounding makes x'Mx negative.
   real(rk) function size_in(matrix, x)
     real(rk), contiguous, intent(in) :: matrix(:, :)
@@ -133,6 +159,40 @@ contains
     if (is_thin) factor = (1 + constant) * (1 - constant)
   end function stiffness_factor
 
+  !> Returns p'(c) [-].
+  pure real(rk) function stiffness_factor_slope(constant, is_ratio_of_moduli, is_thin) result(slope)
+    !> [-] c; the next two: as for evaluate
+    real(rk), intent(in) :: constant
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+
+    slope = 0
+    if (is_ratio_of_moduli) return
+    slope = -1 - 4 * constant
+    if (is_thin) slope = -2 * constant
+  end function stiffness_factor_slope
+
+  !> Returns the derivatives of the logarithms of the two parts of the stiffness (stiffness_ratios) for s = 1, as the constant
+  !> changes: the largest in size is the most by which K' exceeds K.
+  pure function stiffness_rates(constant, constant_change, is_ratio_of_moduli, is_thin) result(rates)
+    !> [-] c, and [per unit of a parameter] its derivative
+    real(rk), intent(in) :: constant
+    real(rk), intent(in) :: constant_change
+    !> this and the next: as for evaluate
+    logical, intent(in) :: is_ratio_of_moduli
+    logical, intent(in) :: is_thin
+    !> [per unit of the parameter]
+    real(rk) :: rates(2)
+
+    if (is_ratio_of_moduli) then
+      rates = [0.0_rk, constant_change / constant]
+    else if (is_thin) then
+      rates = constant_change * [1 / (1 - constant), -1 / (1 + constant)]
+    else
+      rates = constant_change * [2 / (1 - 2 * constant), -1 / (1 + constant)]
+    end if
+  end function stiffness_rates
+
   !> Returns alpha and beta [-] with alpha K(c_0) <= K(c) <= beta K(c_0) for equal s: the least and the largest ratio of the parts
   !> of the stiffness at c to those at c_0. These parts are two materials, or bulk and shear.
   pure function stiffness_ratios(constant, place, is_ratio_of_moduli, is_thin) result(ratios)
@@ -153,6 +213,7 @@ contains
     end if
     ratios = [minval(ratios), maxval(ratios)]
   end function stiffness_ratios
+
   !> Writes the data to the group of a body of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group, length, force)
     class(interpolation_bound_t), intent(in) :: self

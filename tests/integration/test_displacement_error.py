@@ -1,5 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The error of displacements that a condensed model tells, against one from an independent stiffness."""
+"""The errors of displacements and their derivatives that a model tells, against ones from an independent stiffness."""
+
+import re
 
 import h5py
 import numpy as np
@@ -7,6 +9,8 @@ import pytest
 
 from block_meshes import Mesh
 from contact_reference import assemble, cell_stiffnesses, hooke_plane_strain
+from test_gradients import full_order_differences
+from two_materials import MATERIALS, core_and_rim, split_region
 
 N_ACROSS = 80
 # few modes span the displacements of a contact that stays, unless more error is allowed than the default of 1e-3
@@ -140,3 +144,118 @@ def test_tolerance_zero_keeps_all(signorom, post, tmp_path):
         with post.Model(folder / "model.h5") as model:
             bounds[tolerance] = model.query(depth=4e-3, place=1.1).relative_displacement_bound
     assert bounds["1.0e-4"] <= 1e-4 < bounds["1.0e-2"] <= 1e-2
+
+
+# A block of a core and a rim under one that only contact holds in height; few nodes of interpolation, few modes.
+VARYING = """\
+title: A block of two materials under another one
+mesh: {file: blocks.msh, model: plane_strain}
+parameters:
+  ratio: {min: 0.3, max: 1.5}
+  E: {min: 100.0e3, max: 250.0e3}
+  nu: {min: 0.2, max: 0.4}
+  P: {min: 50.0, max: 300.0}
+  drop: {min: 1.0e-4, max: 1.0e-3}
+{materials}boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: "-drop * x"}}
+  - {boundary: left, displacement: {x: 0}}
+loads:
+  - {boundary: top, pressure: "P * (1.2 - x)"}
+contact:
+  - {first: lower_face, second: upper_face, initial_gap: "4e-4 * x^2"}
+training: {sobol: 40}
+reduction: {stiffness_tolerance: 1.0e-2, fields: true{room}}
+"""
+# What each case leaves of the constants: lines without a match, and other texts.
+CONSTANTS = {
+    "ratio": ("  nu: ", {"poisson_ratio: nu": "poisson_ratio: 0.3"}),
+    "poisson": ("  (ratio|rim): ", {"E * ratio": "E", "[core]": "[core, rim]"}),
+    "both": ("without", {}),
+}
+ROOMS = {"exact": "", "modes": ", max_full_order_size: 0.02"}  # [MB] of responses of all nodes
+# differences over 2e-4 of a range, of solutions that are exact to 1e-12
+OF_DIFFERENCES = 1e-7
+
+
+def write_varying(folder, case, displacement):
+    """Mesh and deck of two blocks of T3 whose nodes match."""
+    folder.mkdir()
+    x, mesh = np.linspace(0, 1, 9), Mesh()
+    lower = {(1, 0): "bottom", (1, 1): "lower_face", (0, 0): "left"}
+    mesh.add_block("lower", [x, x - 1], "T3", lower, 0.2, seed=1)
+    mesh.add_block("upper", [x, x], "T3", {(1, 1): "top", (1, 0): "upper_face", (0, 0): "left"}, 0.2, seed=2)
+    split_region(mesh, "lower", core_and_rim)
+    mesh.write(folder / "blocks.msh")
+    removed, others = CONSTANTS[case]
+    text = VARYING.replace("{materials}", MATERIALS).replace("{room}", ROOMS[displacement])
+    text = re.sub(rf"(?m)^{removed}.*\n", "", text)
+    for old, new in others.items():
+        assert old in text
+        text = text.replace(old, new)
+    deck = folder / "blocks.yaml"
+    deck.write_text(text)
+    return mesh, deck
+
+
+class Varying:
+    """The stiffness of the two blocks at a point."""
+
+    def __init__(self, mesh, values):
+        """Adds the regions, whose constants are those of MATERIALS."""
+        self.coordinates = mesh.coordinates[:, :2]
+        modulus, ratio = values["E"], values.get("ratio", 1.0)
+        core = values.get("nu", 0.3)
+        rim = 0.3 if "ratio" in values else core
+        constants = {"core": (modulus * ratio, core), "rim": (modulus, rim), "upper": (2 * modulus, 0.25)}
+        self.stiffness = 0
+        for region, (young_modulus, poisson_ratio) in constants.items():
+            cells = np.array(mesh.facets_of(region))
+            sides = self.coordinates[cells[:, 1:]] - self.coordinates[cells[:, :1]]
+            # anticlockwise
+            cells[np.linalg.det(sides) < 0] = cells[np.linalg.det(sides) < 0][:, [0, 2, 1]]
+            self.cells = cells
+            hooke = hooke_plane_strain(young_modulus, poisson_ratio)
+            self.stiffness = self.stiffness + assemble(self, cell_stiffnesses(self, hooke))
+
+    norm = Block.norm
+
+
+@pytest.mark.parametrize("displacement", list(ROOMS))
+@pytest.mark.parametrize("case", list(CONSTANTS))
+def test_error_of_derivatives_over_constants(signorom, post, tmp_path, case, displacement):
+    """Of interpolated models: no less than the error against differences of the full order, and not far above it."""
+    mesh, deck = write_varying(tmp_path / "model", case, displacement)
+    for command in ("sample", "train"):
+        signorom(command, deck, folder=deck.parent)
+    told, true = [], []
+    with post.Model(deck.parent / "results" / "blocks" / "model.h5") as model:
+        assert "interpolated" in model.describe()
+        assert ("modes" in model.describe()) == (displacement == "modes")
+        names = [parameter.name for parameter in model.parameters]
+        low, high = np.transpose([[p.minimum, p.maximum] for p in model.parameters])
+        places = np.random.default_rng(3).uniform(0.05, 0.95, (3, len(names)))
+        for i, point in enumerate(low + places * (high - low)):
+            values = dict(zip(names, point, strict=True))
+            beside = tmp_path / str(i)
+            beside.mkdir()
+            _, slopes = full_order_differences(signorom, deck, beside, names, point, high - low)
+            gradient, blocks = model.query(**values).gradient, Varying(mesh, values)
+            told.append(gradient.displacement_errors)
+            exact = slopes.reshape(len(names), -1, 2)
+            true.append(
+                [
+                    blocks.norm(a[:, :2] - b) / blocks.norm(b)
+                    for a, b in zip(gradient.displacement, exact, strict=True)
+                ]
+            )
+    told, true = np.array(told), np.array(true)
+    if case == "both" and displacement == "exact":
+        # several constants in a body: nothing bounds what interpolation does
+        assert (told == -1).all()
+        return
+    assert true.max() > 10 * OF_DIFFERENCES
+    assert np.all(true <= told + OF_DIFFERENCES)
+    # the size of a derivative over an interpolated constant is a lower bound, too
+    is_constant = np.isin(names, ["ratio", "nu"])
+    assert np.median((told / true)[:, ~is_constant]) <= 3
+    assert np.max((told / true)[:, is_constant]) <= (50 if displacement == "exact" else 10)

@@ -218,12 +218,10 @@ def test_displacements_by_modes(signorom, post, tmp_path, name, changes):
             difference = (above.displacement - below.displacement) / (2 * step)
             worst = abs(answer.gradient.displacement[row] - difference).max() * (high - low)
             assert worst <= ALLOWED * abs(answer.displacement).max()
+        # known, and above rounding; test_displacement_error compares with the truth
         errors = answer.gradient.displacement_errors
-        if "interpolated" in model.describe():
-            assert (errors == -1).all()
-        else:
-            # of few modes: above rounding, and no more than all of H dz
-            assert ((errors > 1e-9) & (errors < 1)).all()
+        assert errors.min() > 1e-9
+        assert np.median(errors) < 1
 
 
 def assert_close(found, expected, lengths, values):

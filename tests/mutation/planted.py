@@ -564,10 +564,17 @@ PLANTED = [
     ),
     Planted(
         SRC + "online/body_compliance.f90",
-        "2 * point%residual + sqrt(stiffest)",
-        "0 * point%residual + sqrt(stiffest)",
+        "2 * point%residual + sqrt(stiffest_part(",
+        "0 * point%residual + sqrt(stiffest_part(",
         "bounds of displacements below their error where bodies have several interpolated constants",
         further="verification.test_interpolated_stiffness",
+    ),
+    Planted(
+        SRC + "online/interpolation_bound.f90",
+        "factor_slope * constant_change * coefficients + factor * coefficient_changes",
+        "factor * coefficient_changes",
+        "bounds of derivatives below their error: that of a polynomial changes faster than itself",
+        further="integration.test_displacement_error",
     ),
     Planted(
         SRC + "reduction/condensed/interpolation_residuals.F90",

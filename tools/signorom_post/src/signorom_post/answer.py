@@ -173,7 +173,7 @@ class Gradient:
     displacement: FloatArray
     #: relative error of the derivative of the displacement in the norm of the stiffness: a bound, over the size of the
     #: derivative or, if that is larger, a thousandth of the largest displacement in training over the range of the
-    #: parameter; -1: not known, as in a model of the kind interpolated. Shape (n_parameters)
+    #: parameter; -1: not known, as wherever the displacement itself has no bound. Shape (n_parameters)
     displacement_errors: FloatArray
     #: whether the derivatives towards larger and smaller values of a parameter differ. This happens where a contact
     #: touches without a force, or where an expression of the deck has a kink; shape (n_parameters)
