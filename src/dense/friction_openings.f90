@@ -11,7 +11,7 @@
 !> the direction d, with e across d.
 module sig_friction_openings
   use sig_dense_kernels, only: add_few_columns
-  use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_workspace_t
+  use sig_friction_types, only: contact_open, contact_sticks, friction_contacts_t, friction_workspace_t
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -141,17 +141,13 @@ contains
     call add_few_columns(inverse, workspace%w(:size(lambda)), lambda)
     do k = 1, contacts%n_contacts
       associate (rows => contacts%tangents(:contacts%n_tangents(k), k), d => workspace%directions(:, k))
-        select case (workspace%states(k))
-        case (contact_open)
-          lambda(k) = 0
+        if (workspace%states(k) == contact_sticks) cycle
+        if (workspace%states(k) == contact_open) lambda(k) = 0
+        if (workspace%states(k) == contact_open .or. norm2(d(:size(rows))) <= 0) then
           lambda(rows) = 0
-        case (contact_slips)
-          if (norm2(d(:size(rows))) <= 0) then
-            lambda(rows) = 0
-          else
-            lambda(rows) = lambda(rows) + (friction(k) * lambda(k) - dot_product(lambda(rows), d(:size(rows)))) * d(:size(rows))
-          end if
-        end select
+        else
+          lambda(rows) = lambda(rows) + (friction(k) * lambda(k) - dot_product(lambda(rows), d(:size(rows)))) * d(:size(rows))
+        end if
       end associate
     end do
   end subroutine take_openings
