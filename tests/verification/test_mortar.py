@@ -112,6 +112,38 @@ def test_turned_blocks(signorom, tmp_path, figures, first, solver, n_ranks):
 
 
 @pytest.mark.parametrize("first", FACES)
+@pytest.mark.parametrize("gap", ["", ", initial_gap: 0"])
+@pytest.mark.parametrize(("case", "sizes"), spread(list(product(MODELS, ELEMENTS)), [(4, 7), (3, 11)]))
+def test_uniform_stress(signorom, tmp_path, figures, case, sizes, gap, first):
+    """Stress of every cell, pressure and displacement of every node; in the plane turned by 30 degrees."""
+    model, element = case
+    angle = np.pi / 6 if model == "plane_strain" else 0.0
+    up = np.array([-np.sin(angle), np.cos(angle)])
+    mesh = blocks(tmp_path / "blocks.msh", *sizes, element, angle)
+    across, along = ("r", "z") if model == "axisymmetric" else ("x", "y")
+    down = f"{across}: {-up[0]:.17g} * stroke, {along}: {-up[1]:.17g} * stroke"
+    supports = [("bottom", f"{across}: 0, {along}: 0"), ("top", down)]
+    second = FACES[1 - FACES.index(first)]
+    deck = patch_deck(tmp_path, model, supports, f"first: {first}, second: {second}{gap}")
+    signorom("solve", deck, folder=tmp_path)
+    fields = read_fields(tmp_path / "results" / deck.stem / "fields.h5")
+    pressure = YOUNG_MODULUS * STROKE / HEIGHT
+    # xx, yy, zz and xy come first
+    stress = (
+        -pressure * np.array([up[0] ** 2, up[1] ** 2, 0, up[0] * up[1], 0, 0])[: fields["stress"].shape[1]]
+    )
+    moved = -STROKE / HEIGHT * (mesh.coordinates[:, :2] @ up + 1)[:, None] * up
+    found = fields["contact_pressure"][mesh.nodes_of(first)]
+    worst = max(
+        np.abs(fields["stress"] - stress).max() / pressure,
+        np.nanmax(np.abs(found / pressure - 1)),
+        np.abs(fields["displacement"][:, :2] - moved).max() / STROKE,
+    )
+    name = f"stress, {model}, {element}, {sizes}, {first} first{gap}"
+    figures.at_most(PATCH, name, worst, TOLERANCE, "uniform stress")
+
+
+@pytest.mark.parametrize("first", FACES)
 @pytest.mark.parametrize("elements", [("T6", "Q4"), ("Q8", "T6")])
 def test_quadratic_edges_turned(signorom, tmp_path, figures, elements, first):
     """Quadratic elements on linear ones and on each other, turned by 30 degrees, either side as the first one."""

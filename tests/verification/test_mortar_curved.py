@@ -192,6 +192,53 @@ def test_sphere_in_the_round(signorom, tmp_path, figures, element, first):
     figures.compare(problem, "pressure on the axis", at_axis, exact.peak, 0.02, "Hertz", "MPa")
 
 
+@pytest.fixture(scope="module")
+def converged_round(signorom, tmp_path_factory):
+    """Of the sphere, by the first side: p^2 as a polynomial of r^2, on a fine mesh with matching nodes of Q9."""
+    polynomials = {}
+    for first in ("block_face", "sphere_face"):
+        mesh = sphere_on_block(2, 7 / 60, 60, 1.15, element="Q9")
+        _, _, r, pressure = fit_contact(signorom, tmp_path_factory.mktemp(first), mesh, ROUND, first)
+        near = r < 0.9 * HALF_WIDTH
+        polynomials[first] = np.polyfit(r[near] ** 2, pressure[near] ** 2, 6)
+    return polynomials
+
+
+HALF_WIDTH = hertz.Point(MODULUS, RADIUS, 100e3).half_width
+
+
+@pytest.mark.parametrize("n_sphere", [40, 29])
+@pytest.mark.parametrize("first", ["block_face", "sphere_face"])
+@pytest.mark.parametrize("element", ["Q4", "T3"])
+def test_order_in_the_round(signorom, tmp_path, figures, converged_round, element, first, n_sphere):
+    """Edges of a / 6 to a / 23, n_sphere facing each 40 of the block; the L2 norm over r < 0.8 a, and the axis alone."""
+    problem = f"Hertz sphere on block, {element}, 40 facing {n_sphere} edges, {first} first"
+    over_contact, on_axis, shares = [], [], []
+    for n in (10, 20, 40):
+        folder = tmp_path / str(n)
+        folder.mkdir()
+        mesh = sphere_on_block(2, 7 / n, n, 1.15, round(n * n_sphere / 40), element)
+        _, _, r, pressure = fit_contact(signorom, folder, mesh, ROUND, first)
+        order = np.argsort(r)
+        r, pressure = r[order], pressure[order]
+        is_inside = r < 0.8 * HALF_WIDTH
+        exact = np.sqrt(np.polyval(converged_round[first], r[is_inside] ** 2))
+        # of the node on the axis and of the rings
+        areas = np.gradient(r) * np.where(r > 0, r, r[1] / 6)
+        wrong = pressure[is_inside] - exact
+        over_contact.append(np.sqrt(areas[is_inside] @ wrong**2 / (areas[is_inside] @ exact**2)))
+        on_axis.append(abs(wrong[0]) / exact[0])
+        shares.append(r[1] / HALF_WIDTH)
+    print(problem, *over_contact, *on_axis)
+    measured = np.log2(over_contact[0] / over_contact[-1]) / 2
+    figures.at_least(problem, "order of the pressure, L2", measured, 1.3, "fine matching mesh")
+    name = "pressure on the axis over h / a"
+    figures.at_most(problem, name, on_axis[-1] / shares[-1], 0.4, "fine matching mesh")
+    if element == "Q4":
+        measured = np.log2(on_axis[0] / on_axis[-1]) / 2
+        figures.at_least(problem, "order of the pressure on the axis", measured, 0.8, "fine matching mesh")
+
+
 def test_quarter_of_a_sphere_in_space(signorom, tmp_path, figures, pytestconfig):
     """T10, five edges over the contact radius and 5 %; with --all-points eight, in two minutes, and 1.5 %."""
     is_fine = pytestconfig.getoption("--all-points")
