@@ -213,7 +213,10 @@ contains
     real(rk), intent(in) :: theta(:)
     integer :: i
 
-    stiffest_part = maxval([(self%modes(i)%stiffest(theta), i=1, size(self%modes))])
+    stiffest_part = 0
+    do i = 1, size(self%modes)
+      stiffest_part = max(stiffest_part, self%modes(i)%stiffest(theta))
+    end do
   end function stiffest_part
 
   !> Returns the number of modes of all bodies together, which give displacements; forces do not depend on them.
