@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
 from program import ROOT
@@ -62,7 +63,7 @@ def said(signorom, library, tmp_path_factory):
 def test_every_command_succeeds(said):
     """In the plane, in space and with friction."""
     outputs, folder = said
-    assert len(outputs) >= 24
+    assert len(outputs) >= 32
     for name in ("clip", "jaw"):
         assert (folder / "results" / name / "model.h5").exists()
         assert (folder / "results" / name / "figures" / "check_bodies.png").exists()
@@ -111,3 +112,22 @@ def test_history_of_the_tutorial(said):
     assert (folder / "results" / "cycle" / "figures" / "hysteresis.png").exists()
     force = read_table(folder / "results" / "cycle" / "history.csv")["contact_1_force_z"]
     assert -force.min() > 1.1 * force.max()
+
+
+def test_cycles_of_the_tutorial(said):
+    """Numbers and pictures that it names: the bolted joint."""
+    outputs, folder = said
+    assert (
+        "only contact holds the body 'bolt'"
+        in outputs["signorom check $CLONE/input/bolted_joint.yaml --fields"]
+    )
+    results = folder / "results" / "bolted_joint"
+    for name in ("figures/hysteresis.png", "figures/stick_slip.png", "head/hysteresis.png"):
+        assert (results / name).exists()
+    table = read_table(folder / "results" / "shear" / "history.csv")
+    assert f"{table['contact_1_force_z'][-1]:.0f}" == "1709"
+    assert f"{-table['contact_1_force_x'][-1]:.0f}" == "205"
+    assert f"{-table['contact_2_force_x'][-1]:.0f}" == "205"
+    first, second = (table["contact_1_force_x"][np.isclose(table["time"], time)] for time in (6, 10))
+    assert second == pytest.approx(first, rel=1e-6)
+    assert (folder / "results" / "shear" / "figures" / "hysteresis.png").exists()

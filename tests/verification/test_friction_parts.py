@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decks of input/ with friction: their models, and what physics says of the answers."""
 
+import itertools
+
+import h5py
 import numpy as np
 import pytest
 
@@ -131,3 +134,94 @@ def test_press_fit_in_a_cycle(signorom, press_fit, tmp_path):
     # forces act over a step by their value at its end, in the elastic part by the mean of both ends
     area = np.sum((force[first:last] + force[steps]) / 2 * np.diff(pull[first : last + 1]))
     assert answers["contact_1_dissipation"][steps].sum() == pytest.approx(area, rel=0.05)
+
+
+@pytest.fixture(scope="module")
+def joint(signorom, tmp_path_factory):
+    """Results of bolted_joint.yaml."""
+    return run_deck(signorom, tmp_path_factory.mktemp("joint"), "bolted_joint")
+
+
+def shear_of(table):
+    """Force along x on the upper plate from below and from the head, and the preload."""
+    return table["contact_1_force_x"], table["contact_2_force_x"], table["contact_1_force_z"]
+
+
+def test_joint_is_exact(joint):
+    """The model has the forces of the full order at all times."""
+    table = read_table(joint / "validation.csv")
+    assert max(table["e_lambda_all"]) <= EXACT
+    check_work(read_report(joint.parents[1], "bolted_joint"), EXACT)
+
+
+def test_joint_obeys_coulomb_and_equilibrium(joint):
+    """At each contact and time; what comes through the head goes through the thread that is tied."""
+    table = read_table(joint / "history.csv")
+    assert set(table["status"]) == {"converged"}
+    pairs = [name.removesuffix("_1") for name in table if name.startswith("tau_") and name.endswith("_1")]
+    with h5py.File(joint / "fields.h5") as file:
+        places = file["mesh/coordinates"][()]
+    n_checked = 0
+    for name in pairs:
+        node = int(name.removeprefix("tau_"))
+        # the thread, of radius 3, is tied
+        if np.hypot(*places[node - 1, :2]) > 3.1:
+            normal = table[f"lambda_{node}"]
+            size = np.hypot(table[f"{name}_1"], table[f"{name}_2"])
+            assert (size <= table["mu"] * normal * (1 + EXACT) + EXACT * normal.max()).all()
+            n_checked += 1
+    assert n_checked >= 50
+    plate, head, preload = shear_of(table)
+    for axis in "xz":
+        through_head, through_thread = table[f"contact_2_force_{axis}"], table[f"contact_3_force_{axis}"]
+        np.testing.assert_allclose(through_thread, through_head, atol=EXACT * preload.max())
+    np.testing.assert_allclose(table["contact_2_force_z"], -preload, rtol=EXACT)
+    assert (np.abs(plate) <= table["mu"] * preload * (1 + EXACT)).all()
+    assert (np.abs(head) <= table["mu"] * preload * (1 + EXACT)).all()
+
+
+def test_joint_slides_at_twice_the_friction(joint, figures):
+    """Little friction: plate and head slip everywhere at both ends of the cycle, along x but for what is left of y."""
+    table = read_table(joint / "history.csv")
+    plate, head, preload = shear_of(table)
+    for time in (4, 6):
+        rows = np.flatnonzero(np.isclose(table["time"], time) & (table["mu"] == 0.12))
+        assert len(rows) == 1
+        k = rows[0]
+        assert [table[f"contact_{i}_slip_share"][k] for i in (1, 2)] == pytest.approx([1, 1])
+        found = abs(plate[k] + head[k])
+        quantity = f"force at full slip, time {time}"
+        figures.compare("bolted joint", quantity, found, 2 * 0.12 * preload[k], 1e-4, "2 f N", "N")
+
+
+def test_joint_in_cycles(signorom, joint, tmp_path):
+    """Where all slips, the loop closes in the second cycle; where the head sticks, it comes closer with each one."""
+    time = np.append([0.5, 1], 1 + np.arange(1, 55) / 6)
+    shift = np.interp(time, [1, 2, 4, 6, 8, 10], [0, 0.03, -0.03, 0.03, -0.03, 0.03])
+    rows = [f"{t},{s},{min(t, 1)}" for t, s in zip(time.tolist(), shift.tolist(), strict=True)]
+    (tmp_path / "cycles.csv").write_text("\n".join(["time,shift,tight", *rows, ""]))
+    for mu, closes in ((0.12, True), (0.25, False)):
+        answers = predicted(
+            signorom, joint, tmp_path, "--at", f"mu={mu},tightening=0.01", "--history", "cycles.csv"
+        )
+        force = -(answers["contact_1_force_x"] + answers["contact_2_force_x"])
+        ends = [int(np.argmin(np.abs(time - end))) for end in (2, 6, 10)]
+        moved = [abs(force[after] / force[before] - 1) for before, after in itertools.pairwise(ends)]
+        assert moved[1] <= (1e-6 if closes else 0.3 * moved[0])
+        work = answers["contact_1_dissipation"] + answers["contact_2_dissipation"]
+        # never below 0, but for rounding
+        assert work.min() >= -EXACT * work.max()
+        cycle = slice(ends[1] + 1, ends[2] + 1)
+        area = np.sum((force[cycle] + force[ends[1] : ends[2]]) / 2 * np.diff(shift[ends[1] : ends[2] + 1]))
+        assert work[cycle].sum() == pytest.approx(area, rel=0.1)
+
+
+def test_preload_of_the_joint(signorom, joint, tmp_path):
+    """Tightened alone, everything grows in proportion: contact, slip and preload."""
+    preloads = []
+    for tightening in (0.005, 0.015):
+        at = f"mu=0.2,tightening={tightening}"
+        answers = predicted(signorom, joint, tmp_path, "--at", at)
+        preloads.append(answers["contact_1_force_z"][:2])
+    assert preloads[0] == pytest.approx(preloads[1] / 3, rel=1e-7)
+    assert preloads[0][0] == pytest.approx(preloads[0][1] / 2, rel=1e-7)
