@@ -208,6 +208,8 @@ contains
       associate (rows => laws%tangents(:laws%n_tangents(k), k))
         associate (force => self%solution%lambda(rows), slip => -opening(rows) - self%origins(rows))
           change(rows) = slip
+          ! nothing holds a contact that slips without friction
+          if (self%solution%states(k) == contact_slips .and. norm2(force) <= 0) change(rows) = 0
           if (laws%is_tied(k) .or. self%solution%states(k) /= contact_slips .or. norm2(force) <= 0) cycle
           change(rows) = slip - max(0.0_rk, dot_product(slip, force)) / dot_product(force, force) * force
         end associate

@@ -108,6 +108,20 @@ def test_model_is_exact(signorom, tmp_path, results):
         assert forces_of(answers, row, "tau") == pytest.approx(forces_of(wanted, row, "tau"), abs=1e-11)
 
 
+def test_error_without_friction(signorom, tmp_path):
+    """Where the coefficient is 0, contacts slip freely, and the answer has no error for it."""
+    changes = {
+        "mu: {min: 0.3, max: 1}": "mu: {min: 0, max: 1}",
+        '"0.25 * P", "-0.25 * P", 0]': "0, 0, 0]",
+        "boundary_conditions: [": "boundary_conditions: [{boundary: left, displacement: {x: 0}}, ",
+    }
+    signorom("sample", write_deck(tmp_path, **changes), folder=tmp_path)
+    signorom("train", tmp_path / "part.yaml", folder=tmp_path)
+    model = tmp_path / "results" / "part" / "model.h5"
+    signorom("predict", model, "--at", "P=4,mu=0", "--output", "t.csv", folder=tmp_path)
+    assert max(read_table(tmp_path / "t.csv")["error_bound"]) < 1e-12
+
+
 @pytest.mark.parametrize("n_ranks", [2, 3])
 def test_ranks(signorom, tmp_path, results, n_ranks):
     """Whole histories go to groups of ranks, and all say the same."""
