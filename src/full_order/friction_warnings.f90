@@ -3,10 +3,11 @@
 !> so coarse that a table turns round inside of one.
 module sig_friction_warnings
   use sig_contact_summary, only: contact_name
+  use sig_deck_box, only: names_of
   use sig_history, only: table_values_t
   use sig_kinds, only: rk
   use sig_parameter_space, only: format_point
-  use sig_problem, only: parameter_names, problem_t
+  use sig_problem, only: problem_t
   use sig_term_values, only: evaluate_points
   use sig_text, only: append_text, fine_digits, short_number, string_t, to_text
   implicit none(type, external)
@@ -71,7 +72,7 @@ contains
     integer :: i, i_bad_point, i_bad_source, i_table
 
     associate (history => problem%deck%history%states, n => size(problem%deck%parameters))
-      call tables%create(history, parameter_names_of(problem, n), fault)
+      call tables%create(history, names_of(problem%deck%parameters), fault)
       do i = 1, size(points, 2), history%n_times()
         call tables%begin(points(:n, i), i_table, fault)
         if (allocated(fault)) exit
@@ -101,7 +102,7 @@ contains
 
     n = size(problem%deck%parameters)
     associate (history => problem%deck%history%states)
-      call tables%create(history, parameter_names_of(problem, n), fault)
+      call tables%create(history, names_of(problem%deck%parameters), fault)
       do k = 1, size(history%tables)
         do i = 1, size(points, 2), history%n_times()
           call tables%begin(points(:n, i), i_table, fault)
@@ -117,14 +118,4 @@ contains
       call tables%destroy()
     end associate
   end subroutine add_turns_in_steps
-
-  pure function parameter_names_of(problem, n) result(names)
-    type(problem_t), intent(in) :: problem
-    !> number of the parameters without those of a state
-    integer, intent(in) :: n
-    type(string_t), allocatable :: names(:)
-
-    names = parameter_names(problem%deck)
-    names = names(:n)
-  end function parameter_names_of
 end module sig_friction_warnings

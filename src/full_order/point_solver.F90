@@ -187,22 +187,14 @@ contains
     !> shape (n_times)
     type(contact_state_t), intent(out) :: states(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: start, theta(problem%boundary%n_terms, size(points, 2))
-    integer :: i, i_source
-    logical :: is_valid
+    real(rk) :: theta(problem%boundary%n_terms, size(points, 2))
+    integer :: i
 
     if (size(states) == 1) then
       PetscCall(self%solve(problem, points(:, 1), states(1), ierr))
       return
     end if
-    start = wall_time()
-    do i = 1, size(points, 2)
-      call self%terms%evaluate(points(:, i), theta(:, i), is_valid, i_source)
-    end do
-    PetscCall(update_stiffness(self, problem, points(:, 1), ierr))
-    PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
-    self%n_solved = self%n_solved + size(states)
-    states%seconds = (wall_time() - start) / size(states)
+    PetscCall(solve_together(self, problem, points, theta, states, ierr))
     do i = 1, size(states)
       PetscCall(measure_residuals(self%system, theta(:, i), states(i), ierr))
     end do
@@ -219,7 +211,24 @@ contains
     !> shape (n_points)
     type(contact_state_t), intent(out) :: states(:)
     PetscErrorCode, intent(out) :: ierr
-    real(rk) :: start, theta(problem%boundary%n_terms, size(points, 2))
+    real(rk) :: theta(problem%boundary%n_terms, size(points, 2))
+
+    PetscCall(solve_together(self, problem, points, theta, states, ierr))
+    PetscCall(measure_points(self%system, theta, states, ierr))
+  end subroutine solve_points
+
+  !> Solves several points that share a stiffness at once, and gives each state an equal share of the wall time. Collective.
+  subroutine solve_together(self, problem, points, theta, states, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_points)
+    real(rk), intent(in) :: points(:, :)
+    !> [-] values of the terms at each point, shape (n_terms, n_points)
+    real(rk), intent(out) :: theta(:, :)
+    !> shape (n_points); get no residuals
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk) :: start
     integer :: i, i_source
     logical :: is_valid
 
@@ -231,8 +240,7 @@ contains
     PetscCall(self%solver%solve_points(self%system, theta, states, ierr))
     self%n_solved = self%n_solved + size(states)
     states%seconds = (wall_time() - start) / size(states)
-    PetscCall(measure_points(self%system, theta, states, ierr))
-  end subroutine solve_points
+  end subroutine solve_together
 
   !> Returns how many points are solved together, in their order, because the states of a history remember: all its times, else 1.
   !> Requires: create.

@@ -65,6 +65,8 @@ module sig_condensed
     real(rk), allocatable, private :: contact_response(:, :)
     !> K, factored
     type(linear_solver_t), private :: linear_solver
+    !> of contacts with friction or ties
+    type(friction_steps_t), private :: steps
   contains
     procedure :: create
     procedure :: respond
@@ -110,6 +112,7 @@ contains
     call close_anchors(self, system)
     ! W is symmetric but for rounding; with anchors its columns are more accurate as they are, where a body is thin
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
+    if (.not. system%laws%is_plain()) call self%steps%create(system%laws, self%anchors%rows, self%scale, self%compliance)
   end subroutine create
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
@@ -390,18 +393,16 @@ contains
     type(contact_state_t), intent(inout) :: states(:)
     !> shape (n_rows, n_points)
     real(rk), intent(inout) :: unknowns(:, :)
-    type(friction_steps_t) :: steps
     real(rk) :: openings(size(unknowns, 1), size(states))
     integer :: first, last
 
     if (rank * system%n_times >= size(states)) return
-    call steps%create(system%laws, self%anchors%rows, self%scale, self%compliance)
     openings = 0
     call add_product(1.0_rk, self%free_opening, theta, openings)
     call balance_anchors(self, theta, openings)
     do first = 1 + rank * system%n_times, size(states), n_ranks * system%n_times
       last = first + system%n_times - 1
-      call solve_history(steps, self%anchors, openings(:, first:last), theta(:, first:last), states(first:last), &
+      call solve_history(self%steps, self%anchors, openings(:, first:last), theta(:, first:last), states(first:last), &
         unknowns(:, first:last))
     end do
   end subroutine solve_histories
