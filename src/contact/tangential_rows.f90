@@ -6,7 +6,8 @@
 !> The tangents depend on the normal alone, and thus not on ranks. In the plane and in the half plane of axisymmetry there is one, t
 !> = (-n_y, n_x), with the normal n from the first side to the second; the hoop direction has none, because bodies do not twist. In
 !> space t_1 is the axis along which n has its smallest component, without its part along n, and t_2 = n x t_1. On a plane of
-!> symmetry across an axis one tangent is then this axis: nothing moves along it, and its row is left out.
+!> symmetry across an axis one tangent is then this axis: nothing moves along it, and its row is left out. In the whole body the
+!> slip there is 0, because nodes and their mirror images move against each other; half of the body knows half of these nodes.
 module sig_tangential_rows
   use sig_contact_rows, only: contact_rows_t
   use sig_cross_products, only: cross_product
@@ -32,15 +33,19 @@ module sig_tangential_rows
 
 contains
 
-  !> Makes the tangential rows of some contacts. A row whose dofs are all prescribed is left out: there the surfaces cannot slip in
-  !> its direction.
-  pure subroutine create_tangential_rows(normal, has_tangents, is_prescribed, tangential)
+  !> Makes the tangential rows of some contacts. A row is left out where the surfaces cannot slip in its direction: its dofs are all
+  !> prescribed, or it lies across a plane of symmetry.
+  pure subroutine create_tangential_rows(normal, has_tangents, coordinates, is_prescribed, is_held, tangential)
     !> normal rows, all with the same normal at all of their nodes (contact_rows_t)
     type(contact_rows_t), intent(in) :: normal
     !> which contacts get tangential rows, shape (normal%n_rows)
     logical, intent(in) :: has_tangents(:)
+    !> [length] of the nodes, shape (n_dim, n_nodes)
+    real(rk), intent(in) :: coordinates(:, :)
     !> natural dofs, shape (n_dofs)
     logical, intent(in) :: is_prescribed(:)
+    !> those that are prescribed to stay where they are, same shape
+    logical, intent(in) :: is_held(:)
     type(tangential_rows_t), intent(out) :: tangential
     type(contact_rows_t) :: all_rows
     logical, allocatable :: is_kept(:)
@@ -52,10 +57,41 @@ contains
     end associate
     call turn_rows(normal, tangential%contacts, tangential%directions, all_rows)
     is_kept = .not. all_rows%are_inert(is_prescribed)
+    do k = 1, all_rows%n_rows
+      if (is_kept(k)) is_kept(k) = .not. is_across_symmetry(all_rows, k, coordinates, is_held)
+    end do
     tangential%rows = all_rows%select(pack([(k, k=1, all_rows%n_rows)], is_kept))
     tangential%contacts = pack(tangential%contacts, is_kept)
     tangential%directions = pack(tangential%directions, is_kept)
   end subroutine create_tangential_rows
+
+  !> Returns whether a tangential row lies across a plane of symmetry through its owner: its nodes are on this plane or on one side
+  !> of it, both surfaces have nodes on it, and none of these moves across it. Where the first surface alone is held, or both are
+  !> prescribed to move, the surfaces slip, and so it is no symmetry.
+  pure logical function is_across_symmetry(rows, row, coordinates, is_held)
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: row
+    !> [length] shape (n_dim, n_nodes)
+    real(rk), intent(in) :: coordinates(:, :)
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_held(:)
+    real(rk), allocatable :: distances(:)
+    logical, allocatable :: is_on_plane(:)
+    integer :: i
+
+    associate (t => direction_of(rows, row), nodes => rows%nodes_of(row), n_first => size(rows%first_nodes_of(row)))
+      associate (owner => coordinates(:, nodes(1)))
+        distances = [(dot_product(t, coordinates(:, nodes(i)) - owner), i=1, size(nodes))]
+        is_on_plane = abs(distances) <= dependent * maxval([(norm2(coordinates(:, nodes(i)) - owner), i=1, size(nodes))])
+      end associate
+      is_across_symmetry = (all(distances >= 0 .or. is_on_plane) .or. all(distances <= 0 .or. is_on_plane)) .and. &
+        any(is_on_plane(n_first + 1:))
+      do i = 1, size(nodes)
+        if (is_on_plane(i)) is_across_symmetry = is_across_symmetry .and. &
+          all(is_held(rows%n_dim * (nodes(i) - 1) + 1:rows%n_dim * nodes(i)) .or. abs(t) <= dependent)
+      end do
+    end associate
+  end function is_across_symmetry
 
   !> Makes a row along a tangent from each given normal row.
   pure subroutine turn_rows(normal, contacts, directions, rows)
@@ -69,7 +105,7 @@ contains
     rows = normal%select(contacts)
     rows%gap = 0
     do k = 1, rows%n_rows
-      tangents = tangents_of(normal_of(rows, k))
+      tangents = tangents_of(direction_of(rows, k))
       associate (shares => shares_of(rows, k), first => rows%offsets(k))
         do i = 1, size(shares)
           rows%coefficients(first + rows%n_dim * (i - 1) + 1:first + rows%n_dim * i) = shares(i) * tangents(:, directions(k))
@@ -78,16 +114,17 @@ contains
     end do
   end subroutine turn_rows
 
-  !> Returns the unit normal of a normal row, from the first side to the second: the direction of its owner's coefficients.
-  pure function normal_of(normal, row)
-    type(contact_rows_t), intent(in) :: normal
+  !> Returns the unit vector along which a row acts, in a normal row the normal from the first side to the second: the direction of
+  !> its owner's coefficients.
+  pure function direction_of(rows, row)
+    type(contact_rows_t), intent(in) :: rows
     integer, intent(in) :: row
-    real(rk) :: normal_of(normal%n_dim)
+    real(rk) :: direction_of(rows%n_dim)
 
-    associate (owner => normal%coefficients(normal%offsets(row) + 1:normal%offsets(row) + normal%n_dim))
-      normal_of = owner / norm2(owner)
+    associate (owner => rows%coefficients(rows%offsets(row) + 1:rows%offsets(row) + rows%n_dim))
+      direction_of = owner / norm2(owner)
     end associate
-  end function normal_of
+  end function direction_of
 
   !> Returns what the coefficients of a normal row's nodes are along its normal: their sum is 1 on the first side, -1 on the second.
   pure function shares_of(normal, row) result(shares)
@@ -95,7 +132,7 @@ contains
     integer, intent(in) :: row
     real(rk) :: shares((normal%offsets(row + 1) - normal%offsets(row)) / normal%n_dim)
 
-    shares = matmul(normal_of(normal, row), reshape(normal%coefficients_of(row), [normal%n_dim, size(shares)]))
+    shares = matmul(direction_of(normal, row), reshape(normal%coefficients_of(row), [normal%n_dim, size(shares)]))
   end function shares_of
 
   !> Returns the tangents of a normal (head of this file): unit vectors across it and across each other.

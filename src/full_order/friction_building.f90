@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Friction and ties of a deck: terms of the coefficients of friction, tangential rows, and the laws of all contacts.
 module sig_friction_building
+  use sig_boundary_conditions, only: boundary_conditions_t
   use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_contact_rows, only: contact_rows_t
   use sig_deck_config, only: contact_config_t, deck_config_t
@@ -36,11 +37,10 @@ contains
   !> Makes the laws of the contacts, and the rows of all their forces: normal rows, then tangential rows. Tied contacts have no gap,
   !> whatever the mesh has. Errors: friction at an obstacle that moves; a contact whose nodes have too few free directions for
   !> friction.
-  subroutine create_contact_laws(deck, mesh, is_prescribed, friction_terms, normal, force_rows, laws, error)
+  subroutine create_contact_laws(deck, mesh, boundary, friction_terms, normal, force_rows, laws, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
-    !> natural dofs, shape (n_dofs)
-    logical, intent(in) :: is_prescribed(:)
+    type(boundary_conditions_t), intent(in) :: boundary
     !> of add_friction_terms
     integer, intent(in) :: friction_terms(:)
     !> normal rows; those of tied contacts lose their gaps
@@ -49,6 +49,7 @@ contains
     type(contact_laws_t), intent(out) :: laws
     type(error_t), allocatable, intent(out) :: error
     type(tangential_rows_t) :: tangential
+    logical, allocatable :: is_held(:)
     integer :: k
 
     call check_obstacles(deck, error)
@@ -63,10 +64,13 @@ contains
         laws%friction_factors(k) = merge(entry%friction%constant, 1.0_rk, entry%friction%is_constant)
       end associate
     end do
+    is_held = boundary%is_prescribed
+    is_held(boundary%prescribed_dofs) = all(boundary%prescribed_values == 0, dim=2)
     associate (contact => deck%contact(normal%contact_entry))
-      call create_tangential_rows(normal, contact%has_friction .or. contact%tied == 'true', is_prescribed, tangential)
+      call create_tangential_rows(normal, contact%has_friction .or. contact%tied == 'true', mesh%coordinates, &
+        boundary%is_prescribed, is_held, tangential)
     end associate
-    if (tangential%rows%n_rows > 0) call check_directions(deck, mesh, is_prescribed, normal, tangential, error)
+    if (tangential%rows%n_rows > 0) call check_directions(deck, mesh, boundary%is_prescribed, normal, tangential, error)
     laws%tangents = tangential%rows_of_contacts(normal%n_rows)
     do k = 1, tangential%rows%n_rows
       where (laws%tangents(:, tangential%contacts(k)) == k) laws%directions(:, tangential%contacts(k)) = tangential%directions(k)

@@ -215,7 +215,7 @@ contains
 
     ierr = 0
     call let_bodies_slip(problem)
-    call create_contact_laws(problem%deck, problem%mesh, problem%boundary%is_prescribed, problem%friction_terms, problem%rows, &
+    call create_contact_laws(problem%deck, problem%mesh, problem%boundary, problem%friction_terms, problem%rows, &
       problem%force_rows, problem%laws, error)
     if (allocated(error)) return
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%force_rows, &

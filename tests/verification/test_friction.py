@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import hertz
-from block_meshes import Mesh, consistent_areas
+from block_meshes import LINEAR, QUADRATIC, Mesh, consistent_areas
 from friction_blocks import Blocks
 from friction_bodies import (
     AGAIN,
@@ -22,7 +22,14 @@ from friction_bodies import (
 )
 from friction_decks import LOOSE, PLANE, SOLID, write_random_deck
 from friction_formulas import ROUNDED_PUNCH, Bar, LineSlip, PressFit, wedge
-from friction_results import largest_difference, read_displacements, read_forces, read_slips, results_of
+from friction_results import (
+    Forces,
+    largest_difference,
+    read_displacements,
+    read_forces,
+    read_slips,
+    results_of,
+)
 from results import read_table
 from test_rounded_punch import punch_on_foundation
 
@@ -65,6 +72,96 @@ def test_random_blocks_in_space(signorom, tmp_path, figures, name, friction):
 def test_random_blocks_on_two_ranks(signorom, tmp_path, figures, name):
     """As on one rank."""
     compare_random(signorom, tmp_path, figures, name, (PLANE | SOLID)[name], 0.5, 3, ranks=(2,))
+
+
+# corners of an element's mirror image
+MIRRORED = {
+    "L2": [1, 0],
+    "T3": [0, 2, 1],
+    "Q4": [0, 3, 2, 1],
+    "T4": [0, 2, 1, 3],
+    "H8": [4, 5, 6, 7, 0, 1, 2, 3],
+}
+
+
+def add_mirror_image(mesh):
+    """Adds the image of linear elements behind x = 0; `side` is there only to prescribe x = 0, and goes."""
+    n_nodes, on_plane = len(mesh.coordinates), mesh.coordinates[:, 0] == 0
+    numbers = np.where(on_plane, np.arange(n_nodes), n_nodes + np.cumsum(~on_plane) - 1)
+    images = mesh.coordinates[~on_plane] * [-1, 1, 1]
+    mesh.coordinates = np.vstack([mesh.coordinates, images])
+    mesh.elements = [item for item in mesh.elements if item[1] != "side"]
+    mesh.elements += [
+        (kind, name, numbers[np.array(nodes)[MIRRORED[kind]]].tolist()) for kind, name, nodes in mesh.elements
+    ]
+
+
+def solve_squeezed(signorom, folder, element, tied, whole):
+    """A block on one that is stiffer, squeezed, in space pushed along y, too; behind x = 0 or whole.
+
+    Nodes match nowhere. Returns the forces and the places of the contacts.
+    """
+    n_dim, mesh = 2 if element in ("Q4", "T6") else 3, Mesh()
+    up = n_dim - 1
+    for name, counts, heights in (
+        ("lower", (4, 3), np.array([-0.6, -0.25, 0.0])),
+        ("upper", (6, 5), np.array([0.0, 0.35, 0.6])),
+    ):
+        lines = [np.linspace(0, 1, n) for n in counts[:up]] + [heights]
+        faces = {(up, 0): "bottom", (up, 1): "lower_face"}
+        if name == "upper":
+            faces = {(up, 0): "upper_face", (up, 1): "top"}
+        mesh.add_block(name, lines, LINEAR.get(element, element), faces | {(0, 0): "side"})
+    if whole:
+        add_mirror_image(mesh)
+    if element in QUADRATIC:
+        mesh.make_quadratic(element)
+    mesh.write(folder / "blocks.msh")
+    deck = folder / "blocks.yaml"
+    axes = "xyz"[:n_dim]
+    held = ", ".join(f"{axis}: 0" for axis in axes)
+    moved = {2: "x: 0, y: -down", 3: "x: 0, y: along, z: -down"}[n_dim]
+    deck.write_text(f"""units: {{length: mm, force: N, time: s}}
+mesh: {{file: blocks.msh, model: {"plane_strain" if n_dim == 2 else "solid"}}}
+parameters: {{mu: {{min: 0, max: 1}}}}
+history:
+  tables:
+    down: {{time: [0, 1, 3], value: [0, 0.01, 0.02]}}
+    along: {{time: [0, 1, 2, 3], value: [0, 0, 0.004, -0.004]}}
+  steps: [{{until: 3, increments: 9}}]
+materials:
+  hard: {{regions: [lower], young_modulus: 70, poisson_ratio: 0.1}}
+  soft: {{regions: [upper], young_modulus: 10, poisson_ratio: 0.4}}
+boundary_conditions:
+  - {{boundary: bottom, displacement: {{{held}}}}}
+  - {{boundary: top, displacement: {{{moved}}}}}
+{"" if whole else "  - {boundary: side, displacement: {x: 0}}"}
+contact: [{{first: lower_face, second: upper_face, {"tied: true" if tied else "friction: mu"}}}]
+output: {{points: [{{mu: 0.2}}]}}
+""")
+    signorom("solve", deck, folder=folder)
+    forces = read_forces(deck)
+    return forces, mesh.coordinates[forces.numbers - 1]
+
+
+@pytest.mark.parametrize("tied", [False, True])
+@pytest.mark.parametrize("element", ["Q4", "T6", "H8", "T10"])
+def test_half_of_a_symmetric_body(signorom, tmp_path, figures, element, tied):
+    """Forces of half of the bodies, whose nodes match nowhere, are those of the whole; on the plane they are half."""
+    (tmp_path / "half").mkdir()
+    (tmp_path / "whole").mkdir()
+    half, places = solve_squeezed(signorom, tmp_path / "half", element, tied, whole=False)
+    whole, all_places = solve_squeezed(signorom, tmp_path / "whole", element, tied, whole=True)
+    same = [np.argmin(np.linalg.norm(all_places - place, axis=1)) for place in places]
+    np.testing.assert_allclose(all_places[same], places, atol=1e-12)
+    share = np.where(places[:, 0] == 0, 0.5, 1.0)
+    expected = Forces(
+        half.times, half.numbers, share * whole.normal[:, same], share[:, None] * whole.tangential[:, same]
+    )
+    assert (np.abs(expected.tangential).max(axis=(0, 1)) > 1e-3 * expected.normal.max()).all()
+    worst = largest_difference(half, expected)
+    problem = f"half of two blocks, {element}, {'tied' if tied else 'friction'}"
+    figures.at_most(problem, "forces at all times", worst, SAME_SOLUTION, "the whole blocks")
 
 
 def test_block_that_friction_holds(signorom, tmp_path, figures):

@@ -158,7 +158,8 @@ def test_joint_obeys_coulomb_and_equilibrium(joint):
     """At each contact and time; what comes through the head goes through the thread that is tied."""
     table = read_table(joint / "history.csv")
     assert set(table["status"]) == {"converged"}
-    pairs = [name.removesuffix("_1") for name in table if name.startswith("tau_") and name.endswith("_1")]
+    pairs = sorted({name[:-2] for name in table if name.startswith("tau_")})
+    nothing = np.zeros(len(table["time"]))
     with h5py.File(joint / "fields.h5") as file:
         places = file["mesh/coordinates"][()]
     n_checked = 0
@@ -167,7 +168,8 @@ def test_joint_obeys_coulomb_and_equilibrium(joint):
         # the thread, of radius 3, is tied
         if np.hypot(*places[node - 1, :2]) > 3.1:
             normal = table[f"lambda_{node}"]
-            size = np.hypot(table[f"{name}_1"], table[f"{name}_2"])
+            # on the plane of symmetry there is one tangent
+            size = np.hypot(table.get(f"{name}_1", nothing), table.get(f"{name}_2", nothing))
             assert (size <= table["mu"] * normal * (1 + EXACT) + EXACT * normal.max()).all()
             n_checked += 1
     assert n_checked >= 50
