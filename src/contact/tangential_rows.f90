@@ -17,7 +17,7 @@ module sig_tangential_rows
   use sig_ties, only: tie_tolerance
   implicit none(type, external)
   private
-  public :: tangential_rows_t, create_tangential_rows, tangents_of, find_dependent
+  public :: tangential_rows_t, create_tangential_rows, direction_of, tangents_of, find_dependent
 
   !> Tangential rows beside the normal rows that they belong to. Rows of a contact follow each other; contacts keep their order.
   type :: tangential_rows_t

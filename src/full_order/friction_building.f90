@@ -8,12 +8,12 @@ module sig_friction_building
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
-  use sig_tangential_rows, only: create_tangential_rows, find_dependent, tangential_rows_t
+  use sig_tangential_rows, only: create_tangential_rows, direction_of, find_dependent, tangential_rows_t
   use sig_term_set, only: term_set_t
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: add_friction_terms, create_contact_laws
+  public :: add_friction_terms, add_motion_terms, create_contact_laws
 
 contains
 
@@ -34,15 +34,39 @@ contains
     end do
   end subroutine add_friction_terms
 
+  !> Adds a term for each component of the motion of an obstacle since the time 0. An obstacle moves by the time and by tables, not
+  !> by parameters: they say where it stands.
+  pure subroutine add_motion_terms(deck, terms, motion_terms)
+    type(deck_config_t), intent(in) :: deck
+    type(term_set_t), intent(inout) :: terms
+    !> terms of the components of each contact entry's obstacle [length], 0 where it stands still; shape (n_dim, size(contact))
+    integer, allocatable, intent(out) :: motion_terms(:, :)
+    integer :: i, k
+
+    allocate (motion_terms(size(terms%coordinate_names), size(deck%contact)), source=0)
+    do i = 1, size(deck%contact)
+      associate (entry => deck%contact(i))
+        if (.not. (entry%has_obstacle .and. (entry%has_friction .or. entry%tied == 'true'))) cycle
+        do k = 1, size(entry%obstacle%place)
+          associate (place => entry%obstacle%place(k))
+            if (place%uses_history) call terms%add_expression('(' // place%text // ') - (' // &
+              deck%history%states%at_start(place%text) // ')', entry%obstacle%line, entry%obstacle%column, motion_terms(k, i))
+          end associate
+        end do
+      end associate
+    end do
+  end subroutine add_motion_terms
+
   !> Makes the laws of the contacts, and the rows of all their forces: normal rows, then tangential rows. Tied contacts have no gap,
-  !> whatever the mesh has. Errors: friction at an obstacle that moves; a contact whose nodes have too few free directions for
-  !> friction.
-  subroutine create_contact_laws(deck, mesh, boundary, friction_terms, normal, force_rows, laws, error)
+  !> whatever the mesh has. Errors: a contact whose nodes have too few free directions for friction.
+  subroutine create_contact_laws(deck, mesh, boundary, friction_terms, motion_terms, normal, force_rows, laws, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
     type(boundary_conditions_t), intent(in) :: boundary
     !> of add_friction_terms
     integer, intent(in) :: friction_terms(:)
+    !> of add_motion_terms
+    integer, intent(in) :: motion_terms(:, :)
     !> normal rows; those of tied contacts lose their gaps
     type(contact_rows_t), intent(inout) :: normal
     type(contact_rows_t), intent(out) :: force_rows
@@ -52,8 +76,6 @@ contains
     logical, allocatable :: is_held(:)
     integer :: k
 
-    call check_obstacles(deck, error)
-    if (allocated(error)) return
     laws = laws_without_friction(normal%n_rows)
     do k = 1, normal%n_rows
       associate (entry => deck%contact(normal%contact_entry(k)))
@@ -70,6 +92,7 @@ contains
       call create_tangential_rows(normal, contact%has_friction .or. contact%tied == 'true', mesh%coordinates, &
         boundary%is_prescribed, is_held, tangential)
     end associate
+    call move_obstacles(motion_terms, tangential)
     if (tangential%rows%n_rows > 0) call check_directions(deck, mesh, boundary%is_prescribed, normal, tangential, error)
     laws%tangents = tangential%rows_of_contacts(normal%n_rows)
     do k = 1, tangential%rows%n_rows
@@ -82,23 +105,21 @@ contains
     force_rows%areas(normal%n_rows + 1:) = 0
   end subroutine create_contact_laws
 
-  !> Errors: friction at an obstacle whose place depends on parameters or time.
-  subroutine check_obstacles(deck, error)
-    type(deck_config_t), intent(in) :: deck
-    type(error_t), allocatable, intent(out) :: error
-    integer :: i
+  !> Sets the gaps of tangential rows to the motion of their obstacle along the tangent: surfaces slip by B_t u less this motion.
+  pure subroutine move_obstacles(motion_terms, tangential)
+    !> of add_motion_terms
+    integer, intent(in) :: motion_terms(:, :)
+    type(tangential_rows_t), intent(inout) :: tangential
+    integer :: i, k
 
-    do i = 1, size(deck%contact)
-      associate (entry => deck%contact(i))
-        if (.not. (entry%has_obstacle .and. (entry%has_friction .or. entry%tied == 'true'))) cycle
-        if (all(entry%obstacle%place%is_constant)) cycle
-        call make_error(error, 'contact[' // to_text(i) // '] has friction, and its obstacle moves with parameters or time: ' // &
-          'friction with obstacles that move is not available', deck%path, entry%obstacle%line, entry%obstacle%column, &
-          'give the obstacle a fixed place and move the body, or leave out friction')
-        return
+    do k = 1, tangential%rows%n_rows
+      associate (direction => direction_of(tangential%rows, k), terms => motion_terms(:, tangential%rows%contact_entry(k)))
+        do i = 1, size(terms)
+          if (terms(i) > 0) tangential%rows%gap(k, terms(i)) = direction(i)
+        end do
       end associate
     end do
-  end subroutine check_obstacles
+  end subroutine move_obstacles
 
   !> Errors: find_dependent finds a contact.
   subroutine check_directions(deck, mesh, is_prescribed, normal, tangential, error)

@@ -49,6 +49,8 @@ module sig_problem
     logical :: has_driving = .false.
     !> terms of the coefficients of friction, 1 where there is none; shape (size(deck%contact))
     integer, allocatable :: friction_terms(:)
+    !> terms of the motions of obstacles with friction, 0 where they stand still; shape (n_dim, size(contact))
+    integer, allocatable :: motion_terms(:, :)
     !> normal rows of the contacts, and inert rows, whose displacements are all prescribed
     type(contact_rows_t) :: rows
     type(contact_rows_t) :: inert

@@ -16,7 +16,7 @@ module sig_problem_loading
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
   use sig_factor_size, only: measure_factor
-  use sig_friction_building, only: add_friction_terms, create_contact_laws
+  use sig_friction_building, only: add_friction_terms, add_motion_terms, create_contact_laws
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
   use sig_lifted_strains, only: lift_strains
@@ -150,6 +150,7 @@ contains
     allocate (problem%constant_terms(0))
     if (.not. problem%has_fixed_stiffness) call add_material_terms(deck, problem%terms, problem%constant_terms)
     call add_friction_terms(deck%contact, problem%terms, problem%friction_terms)
+    call add_motion_terms(deck, problem%terms, problem%motion_terms)
     call list_stiffness_terms(.not. has_numbers(deck%materials), problem%stiffness_terms)
     problem%has_driving = .true.
   end subroutine create_driving
@@ -215,8 +216,8 @@ contains
 
     ierr = 0
     call let_bodies_slip(problem)
-    call create_contact_laws(problem%deck, problem%mesh, problem%boundary, problem%friction_terms, problem%rows, &
-      problem%force_rows, problem%laws, error)
+    call create_contact_laws(problem%deck, problem%mesh, problem%boundary, problem%friction_terms, &
+      problem%motion_terms, problem%rows, problem%force_rows, problem%laws, error)
     if (allocated(error)) return
     call create_rigid_motions(problem%mesh, problem%body%mechanics%is_round, problem%boundary%is_prescribed, problem%force_rows, &
       problem%motions)

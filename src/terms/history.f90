@@ -36,6 +36,7 @@ module sig_history
     procedure :: is_there
     procedure :: n_times
     procedure :: n_values
+    procedure :: at_start
   end type history_t
 
   !> A number, or an expression of the parameters.
@@ -84,6 +85,77 @@ contains
     n_values = 0
     if (self%is_there()) n_values = 1 + size(self%tables)
   end function n_values
+
+  !> Returns an expression of the parameters and the history with the time and the tables replaced by their values at the time 0.
+  pure function at_start(self, text) result(started)
+    class(history_t), intent(in) :: self
+    character(*), intent(in) :: text
+    character(:), allocatable :: started
+    character(*), parameter :: word_letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.'
+    integer :: first, last
+
+    started = ''
+    first = 1
+    do while (first <= len(text))
+      last = first + verify(text(first:) // ' ', word_letters) - 2
+      if (last < first) then
+        started = started // text(first:first)
+        first = first + 1
+      else
+        started = started // value_of_word(text(first:last))
+        first = last + 1
+      end if
+    end do
+
+  contains
+
+    pure function value_of_word(word) result(value)
+      character(*), intent(in) :: word
+      character(:), allocatable :: value
+      integer :: k
+
+      value = word
+      if (.not. self%is_there()) return
+      if (word == time_name) value = '0'
+      do k = 1, size(self%tables)
+        if (word == self%tables(k)%name) value = '(' // start_of_table(self%tables(k)) // ')'
+      end do
+    end function value_of_word
+  end function at_start
+
+  !> Returns the value of a table at the time 0, an expression of the parameters.
+  pure function start_of_table(table) result(text)
+    type(table_t), intent(in) :: table
+    character(:), allocatable :: text
+    integer :: i
+
+    associate (times => table%times, values => table%values, n => size(table%times))
+      text = '(' // values(n)%text // ')'
+      do i = n - 1, 1, -1
+        associate (t => '(' // times(i)%text // ')', v => '(' // values(i)%text // ')', next => '(' // times(i + 1)%text // ')')
+          call take_where(times(i + 1)%text, '<', v // ' + ((' // values(i + 1)%text // ') - ' // v // ')*(0 - ' // t // ')/(' // &
+            next // ' - ' // t // ')')
+        end associate
+      end do
+      call take_where(times(1)%text, '<=', '(' // values(1)%text // ')')
+    end associate
+
+  contains
+
+    !> Takes a value where 0 < time or 0 <= time. Where the time is a number, this is known.
+    pure subroutine take_where(time, relation, value)
+      character(*), intent(in) :: time, relation, value
+      real(rk) :: number
+      logical :: is_number
+
+      call read_real(time, number, is_number)
+      if (.not. is_number) then
+        text = '(0 ' // relation // ' (' // time // ') ? ' // value // ' : ' // text // ')'
+      else if (number > 0 .or. (number >= 0 .and. relation == '<=')) then
+        text = value
+      end if
+    end subroutine take_where
+  end function start_of_table
 
   !> Returns the times of one stretch: n times behind `start`, the last one `until`, whose increments grow by a constant factor, so
   !> that the last increment is `growth` times the first. Requires: start < until, n >= 1, growth > 0.

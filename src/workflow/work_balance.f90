@@ -9,9 +9,9 @@
 !>
 !> exactly but for rounding: `residual` is the difference, relative to the sum of the sizes of all products in it. What contacts
 !> take is the work of friction, which the steps compute with the forces at their ends, the work against gaps that change,
-!> mean(lambda_n) . dD, and an error of the time steps: half of the change of the friction force times the slip, and half of the
+!> mean(lambda) . dD, and an error of the time steps: half of the change of the friction force times the slip, and half of the
 !> last force times the gap where a contact opens. It vanishes with the size of the steps: `time_error` is
-!> mean(lambda) . B du - mean(lambda_n) . dD - friction.
+!> mean(lambda) . B du - mean(lambda) . dD - friction.
 !>
 !> Imposed strains act by their forces, which are in F; then E is the energy of the displacement, not that of the stress. Before the
 !> first time nothing is displaced or loaded, and overlaps are zero.
@@ -38,7 +38,7 @@ module sig_work_balance
     real(rk), allocatable :: reactions(:)
     !> [force] shape (n_rows)
     real(rk), allocatable :: multipliers(:)
-    !> [length] D, 0 in tangential rows; same shape
+    !> [length] D, in tangential rows the motion of the obstacle along the tangent; same shape
     real(rk), allocatable :: gap(:)
     !> [force*length] u . K u / 2
     real(rk) :: energy = 0
@@ -116,7 +116,7 @@ contains
     do i = 1, size(states)
       if (states(i)%reason /= reason_converged) cycle
       call take_end(problem, theta(:, i), states(i), new)
-      if (modulo(i - 1, n_times) == 0) call begin(new, old)
+      if (modulo(i - 1, n_times) == 0) call begin(new, problem%rows%n_rows, old)
       call report_step(balance_step(problem%force_rows, old, new, states(i)%slip), 'points/' // to_text(i) // '/work/', report)
       old = new
     end do
@@ -139,9 +139,11 @@ contains
   end subroutine take_end
 
   !> Makes the state before the first time.
-  pure subroutine begin(first, before)
+  pure subroutine begin(first, n_normal, before)
     !> state at the first time
     type(work_end_t), intent(in) :: first
+    !> number of normal rows
+    integer, intent(in) :: n_normal
     type(work_end_t), intent(inout) :: before
 
     before = first
@@ -149,7 +151,8 @@ contains
     before%loads = 0
     before%reactions = 0
     before%multipliers = 0
-    before%gap = max(first%gap, 0.0_rk)
+    before%gap(:n_normal) = max(first%gap(:n_normal), 0.0_rk)
+    before%gap(n_normal + 1:) = 0
     before%energy = 0
   end subroutine begin
 

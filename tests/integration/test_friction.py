@@ -261,15 +261,11 @@ def test_fmu_is_refused(post, results, tmp_path):
             {"young_modulus: 2.0e6": "young_modulus: 2.0e6 * mu"},
             "elastic constants that depend on parameters",
         ),
-        (
-            {"second: upper_face": "obstacle: {type: half_space, point: [0, 1 + P], normal: [0, -1]}"},
-            "friction with obstacles that move is not available",
-        ),
         ({"friction: mu": "friction: mu - 1"}, "it must be at least 0"),
         ({"friction: mu": "friction: 1 / (mu - 0.3)"}, "which is not finite at"),
         ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
     ],
-    ids=["active_set", "gamg", "hhr", "clusters", "stiffness", "obstacle", "negative", "nan", "tied"],
+    ids=["active_set", "gamg", "hhr", "clusters", "stiffness", "negative", "nan", "tied"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
     """Exit code 2 and a sentence before anything is solved."""

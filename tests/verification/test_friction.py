@@ -31,6 +31,7 @@ from friction_results import (
     results_of,
 )
 from results import read_table
+from runs import read_report
 from test_rounded_punch import punch_on_foundation
 
 # Both codes solve the same equations to rounding; what is left is the conditioning of K.
@@ -162,6 +163,80 @@ def test_half_of_a_symmetric_body(signorom, tmp_path, figures, element, tied):
     worst = largest_difference(half, expected)
     problem = f"half of two blocks, {element}, {'tied' if tied else 'friction'}"
     figures.at_most(problem, "forces at all times", worst, SAME_SOLUTION, "the whole blocks")
+
+
+# a sphere that moves sideways changes its gaps, too, in proportion to its curvature: it is nearly flat
+FLAT_RADIUS = 1e5
+
+
+def solve_against_obstacle(signorom, folder, n_dim, shape, obstacle_moves):
+    """A block that is pressed against a rough obstacle and rubs on it; either of them moves, the other one stands.
+
+    The tables do not begin at 0: an obstacle moves by what they change since the time 0, and by no parameter.
+    """
+    folder.mkdir()
+    up, axes = n_dim - 1, "xyz"[:n_dim]
+    mesh = Mesh()
+    lines = [np.linspace(0, 1, 7), np.linspace(0, 1, 4)][:up] + [np.linspace(0, 0.6, 4)]
+    mesh.add_block("block", lines, {2: "T3", 3: "H8"}[n_dim], {(up, 0): "bottom", (up, 1): "face"})
+    mesh.write(folder / "block.msh")
+    moves = {2: ["along", "press"], 3: ["along", "across", "press"]}[n_dim]
+    starts = dict(zip(("along", "across", "press"), (0.3, "place", 0.1), strict=True))
+    # where the obstacle is when the tables begin: it touches the face
+    middle = {2: [0.5], 3: [0.5, 0.5]}[n_dim]
+    height = {"half_space": 0.6, "sphere": 0.6 + FLAT_RADIUS}[shape]
+    shifts = [f"({name} - ({starts[name]}))" for name in moves]
+    place = [
+        f"{middle[i]} + 0.1 * (place - 0.2) {'+ ' + shifts[i] if obstacle_moves else ''}" for i in range(up)
+    ]
+    place.append(f"{height} {'- ' + shifts[up] if obstacle_moves else ''}")
+    held = [f"{axis}: 0" for axis in axes]
+    if not obstacle_moves:
+        held = [f"{axis}: -{shift}" for axis, shift in zip(axes[:up], shifts, strict=False)]
+        held.append(f"{axes[up]}: {shifts[up]}")
+    normal = [0.0] * up + [-1.0]
+    where = f"point: [{', '.join(place)}], normal: {normal}"
+    if shape == "sphere":
+        where = f"center: [{', '.join(place)}], radius: {FLAT_RADIUS}"
+    direction = ", direction: " + str([0.0] * up + [1.0]) if shape == "sphere" else ""
+    (folder / "block.yaml").write_text(f"""units: {{length: mm, force: N, time: s}}
+mesh: {{file: block.msh, model: {"plane_strain" if n_dim == 2 else "solid"}}}
+parameters: {{place: {{min: 0, max: 1, unit: mm}}, depth: {{min: 0.01, max: 0.05, unit: mm}}}}
+history:
+  tables:
+    along: {{time: [0, 1, 2, 3], value: [{starts["along"]}, 0.31, 0.28, 0.36]}}
+    across: {{time: [-1, 1, 4 * depth + 1.1, 3], value: [{starts["across"]}, place, place + 0.05, place - 0.01]}}
+    press: {{time: [-1, 1, 2, 3], value: [0.1 - depth, 0.1 + depth, 0.1 + 0.9 * depth, 0.1 + 2 * depth]}}
+  steps: [{{until: 3, increments: 12}}]
+materials: {{soft: {{regions: [block], young_modulus: 10, poisson_ratio: 0.3}}}}
+boundary_conditions: [{{boundary: bottom, displacement: {{{", ".join(held)}}}}}]
+contact: [{{first: face, obstacle: {{type: {shape}, {where}}}{direction}, friction: 0.3}}]
+output: {{points: [{{place: 0.2, depth: 0.03}}, {{place: 0.9, depth: 0.02}}]}}
+""")
+    signorom("solve", folder / "block.yaml", folder=folder)
+    return folder / "block.yaml"
+
+
+@pytest.mark.parametrize("shape", ["half_space", "sphere"])
+@pytest.mark.parametrize("n_dim", [2, 3])
+def test_obstacle_that_moves(signorom, tmp_path, figures, n_dim, shape):
+    """It rubs as if it stood and the block moved; the work of its motion balances."""
+    decks = [
+        solve_against_obstacle(signorom, tmp_path / name, n_dim, shape, name == "obstacle")
+        for name in ("obstacle", "block")
+    ]
+    moves, stands = (read_forces(deck) for deck in decks)
+    assert np.abs(stands.tangential).max() > 0.2 * stands.normal.max()
+    worst = largest_difference(moves, stands)
+    allowed = {"half_space": SAME_SOLUTION, "sphere": 1e-4}[shape]
+    figures.at_most(f"{shape} that moves, {n_dim}D", "forces", worst, allowed, "the block moves")
+    table = [read_table(results_of(deck) / "history.csv") for deck in decks]
+    for name in ("contact_1_slip_share", "contact_1_dissipation"):
+        np.testing.assert_allclose(table[0][name], table[1][name], rtol=allowed, atol=1e-12)
+    for deck in decks:
+        works = read_report(deck.parent, "block")["points"].values()
+        assert max(point["work"]["residual"] for point in works) <= BALANCE
+    assert max(abs(point["work"]["gaps"]) for point in works) <= 1e-12
 
 
 def test_block_that_friction_holds(signorom, tmp_path, figures):
