@@ -107,7 +107,7 @@ typedef struct {
   int n_modes;           /* number of reduced coordinates of this cluster */
   int n_domain_contacts; /* number of contacts in its reduced integration domain; in a model that is not
                             hyper-reduced, number of all contacts */
-  int n_active;          /* number of these contacts that are closed, that is, carry a force */
+  int n_active;          /* number of these contacts that are closed, that is, carry a force or are tied */
   int n_iterations;      /* number of linear solves and pivots */
   int is_inside_box;     /* 1: the point lies in the trained box; outside, an answer is an extrapolation */
   /* Distance to the nearest training point, with each side of the box scaled to 1; NaN where a parameter is NaN. */
@@ -368,9 +368,9 @@ int signorom_get_stresses(signorom_context *context, double *stress, double *von
 int signorom_get_imposed_strains(signorom_context *context, double *strain);
 /* Gives the contact fields of the last answer. At the nodes: the force of the other body [n_nodes][n_dimensions],
  * contact pressure (0 off the contacts) and gap after the displacement (NaN off the contacts) [n_nodes], and the status
- * [n_nodes]: 0 no contact, 1 open, 2 closed. In the cells: the status [n_cells]: 0 no contact at their nodes, 1 open, 2
- * closed, 3 some nodes open and some closed; nodes without a contact do not count. Any array may be null. Errors as for
- * signorom_get_stresses. */
+ * [n_nodes]: 0 no contact, 1 open, 2 closed, 4 tied. In the cells: the status [n_cells]: 0 no contact at their nodes, 1
+ * open, 2 closed, 3 some nodes open and others not, 4 all nodes tied; nodes without a contact do not count. Any array
+ * may be null. Errors as for signorom_get_stresses. */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
 

@@ -111,7 +111,7 @@ contains
     call report%add('times/assembly', solved%assembly_seconds)
     call report%add('times/setup', solved%setup_seconds)
     call report%add('times/output', solved%output_seconds)
-    call report_states(problem%deck, points, solved%states, report)
+    call report_states(problem%deck, problem%laws, points, solved%states, report)
     call report_resultants(problem, solved%states, report)
     call report_work(problem, points, solved%states, report)
     call warn_of_residuals(pack(solved%states%residuals%equilibrium, solved%states%reason == reason_converged), report)

@@ -19,6 +19,7 @@ module sig_contact_laws
     procedure :: is_plain
     procedure :: remembers
     procedure :: have_friction
+    procedure :: are_closed
     procedure :: friction_at
     procedure :: contacts_of_forces
   end type contact_laws_t
@@ -64,6 +65,17 @@ contains
 
     have_friction = self%tangents(1, :) > 0 .and. .not. self%is_tied
   end function have_friction
+
+  !> Returns which contacts are closed, shape (n_contacts): those with a force, and tied ones, which may be pulled. It allocates
+  !> nothing.
+  pure function are_closed(self, forces)
+    class(contact_laws_t), intent(in) :: self
+    !> [force] of all rows, or of the normal rows alone
+    real(rk), intent(in) :: forces(:)
+    logical :: are_closed(self%n_contacts)
+
+    are_closed = forces(:self%n_contacts) > 0 .or. self%is_tied
+  end function are_closed
 
   !> Returns the coefficients of friction [-] for given values of the terms, shape (n_contacts).
   pure function friction_at(self, theta) result(friction)

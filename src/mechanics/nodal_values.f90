@@ -14,8 +14,9 @@ module sig_nodal_values
   private
   public :: cell_contact, nodal_areas, nodal_contact, nodal_friction, nodal_gaps, nodal_pressures, nodal_vectors
 
-  !> status of a node: in no row that counts, open, closed; of friction: closed and sticking, or slipping
-  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2, status_slips = 3
+  !> status of a node: in no row that counts, open, closed, tied; of friction: closed and sticking, or slipping. That of a cell that
+  !> is tied at all of its nodes is status_tied, too
+  integer, parameter :: status_none = 0, status_open = 1, status_closed = 2, status_slips = 3, status_tied = 4
   !> status of a cell: closed at some of its nodes and open at others
   integer, parameter :: status_partly = 3
 
@@ -127,30 +128,34 @@ contains
     where (rows%rows_per_node(n_nodes) == 0) gaps = ieee_value(gaps, ieee_quiet_nan)
   end function nodal_gaps
 
-  !> Returns the status of each node: status_closed (2) if a row at the node is closed, else status_open (1); status_none (0) if
-  !> there is no row. At an owner, these rows are its own and those that have it on their second side: other rows contain it for the
-  !> changed basis only. At any other node they are all rows that contain it.
-  pure function nodal_contact(rows, is_closed, n_nodes) result(status)
+  !> Returns the status of each node: status_tied (4) if a row at the node is tied, else status_closed (2) if one is closed, else
+  !> status_open (1); status_none (0) if there is no row. At an owner, these rows are its own and those that have it on their
+  !> second side: other rows contain it for the changed basis only. At any other node they are all rows that contain it.
+  pure function nodal_contact(rows, is_closed, is_tied, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> whether it has a force, shape (n_rows)
+    !> whether it has a force, and whether it is tied, shape (n_rows)
     logical, intent(in) :: is_closed(:)
+    logical, intent(in) :: is_tied(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
 
-    status = largest_status(rows, merge(status_closed, status_open, is_closed), n_nodes)
+    status = largest_status(rows, merge(status_tied, merge(status_closed, status_open, is_closed), is_tied), n_nodes)
   end function nodal_contact
 
   !> Returns the status of each node with friction: status_none (0), status_open (1), 2 for a closed row that sticks, 3
-  !> (status_slips) for one that slips; of several rows at a node (those of nodal_contact) the largest number.
-  pure function nodal_friction(rows, is_closed, slips, n_nodes) result(status)
+  !> (status_slips) for one that slips, status_tied (4) for one that is tied; of several rows at a node (those of nodal_contact) the
+  !> largest number.
+  pure function nodal_friction(rows, is_closed, is_tied, slips, n_nodes) result(status)
     type(contact_rows_t), intent(in) :: rows
-    !> whether it has a force, and whether it slips, shape (n_rows)
+    !> whether it has a force, whether it is tied, and whether it slips, shape (n_rows)
     logical, intent(in) :: is_closed(:)
+    logical, intent(in) :: is_tied(:)
     logical, intent(in) :: slips(:)
     integer, intent(in) :: n_nodes
     integer :: status(n_nodes)
 
-    status = largest_status(rows, merge(merge(status_slips, status_closed, slips), status_open, is_closed), n_nodes)
+    status = largest_status(rows, merge(status_tied, merge(merge(status_slips, status_closed, slips), status_open, is_closed), &
+      is_tied), n_nodes)
   end function nodal_friction
 
   !> Returns the largest status of the rows at each node that nodal_contact names, status_none (0) without such rows.
@@ -176,8 +181,9 @@ contains
     end do
   end function largest_status
 
-  !> Returns the status of each cell from that of its nodes: status_open (1), status_closed (2), or status_partly (3) if it has open
-  !> and closed nodes. Nodes with status_none (0) do not count; a cell with no others has status_none.
+  !> Returns the status of each cell from that of its nodes: status_open (1), status_closed (2), status_tied (4) if all are tied, or
+  !> status_partly (3) if it has open nodes and others. Nodes with status_none (0) do not count; a cell with no others has
+  !> status_none.
   pure function cell_contact(of_nodes, starts, nodes) result(status)
     !> status of each node, by nodal_contact
     integer, intent(in) :: of_nodes(:)
@@ -185,14 +191,17 @@ contains
     integer, intent(in) :: starts(:)
     integer, intent(in) :: nodes(:)
     integer :: status(size(starts) - 1)
-    integer :: i, n_closed, n_open
+    integer :: i, n_closed, n_open, n_tied
 
     do i = 1, size(status)
       n_open = count(of_nodes(nodes(starts(i) + 1:starts(i + 1))) == status_open)
       n_closed = count(of_nodes(nodes(starts(i) + 1:starts(i + 1))) == status_closed)
+      n_tied = count(of_nodes(nodes(starts(i) + 1:starts(i + 1))) == status_tied)
       status(i) = status_none
       if (n_open > 0) status(i) = status_open
-      if (n_closed > 0) status(i) = merge(status_partly, status_closed, n_open > 0)
+      if (n_tied > 0) status(i) = status_tied
+      if (n_closed > 0) status(i) = status_closed
+      if (n_open > 0 .and. n_closed + n_tied > 0) status(i) = status_partly
     end do
   end function cell_contact
 

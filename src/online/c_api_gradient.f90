@@ -88,7 +88,8 @@ contains
       call c_f_pointer(moments, told_moments, [whole%resultants%n_moments(), n, size(of_multipliers, 2)])
       allocate (areas(n))
       do i = 1, size(of_multipliers, 2)
-        call whole%resultants%evaluate(whole%areas, of_multipliers(:, i), areas, told_forces(:, :, i), told_moments(:, :, i))
+        call whole%resultants%evaluate(whole%laws, whole%areas, of_multipliers(:, i), areas, told_forces(:, :, i), &
+          told_moments(:, :, i))
       end do
     end associate
   end function signorom_get_resultant_gradient

@@ -185,8 +185,8 @@ contains
       end if
       if (associated(targets%areas)) then
         associate (model => handle%model%online%model)
-          call model%resultants%evaluate(model%areas, targets%multipliers(:, i), targets%areas(:, i), targets%forces(:, :, i), &
-            targets%moments(:, :, i))
+          call model%resultants%evaluate(model%laws, model%areas, targets%multipliers(:, i), targets%areas(:, i), &
+            targets%forces(:, :, i), targets%moments(:, :, i))
         end associate
       end if
     end if

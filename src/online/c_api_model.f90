@@ -286,7 +286,7 @@ contains
       call c_f_pointer(areas, told_areas, [n])
       call c_f_pointer(forces, told_forces, [whole%n_dim, n])
       call c_f_pointer(moments, told_moments, [whole%resultants%n_moments(), n])
-      call whole%resultants%evaluate(whole%areas, given, told_areas, told_forces, told_moments)
+      call whole%resultants%evaluate(whole%laws, whole%areas, given, told_areas, told_forces, told_moments)
     end associate
     code = code_ok
   end function signorom_get_resultants

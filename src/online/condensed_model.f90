@@ -225,6 +225,7 @@ contains
     call count_free(matrix, compliance, answer)
     call answer%take_all_forces()
     ! contacts are closed, and not their tangential forces
+    answer%is_active(:steps%laws%n_contacts) = steps%laws%are_closed(answer%multipliers)
     answer%is_active(steps%laws%n_contacts + 1:) = .false.
     call compliance%solve_modes(room%point, answer)
   end subroutine solve_step

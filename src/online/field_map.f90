@@ -2,6 +2,7 @@
 !> The parts of the mesh that a model keeps for fields: cells, regions, contact surfaces, strains as functions of the displacement,
 !> contact rows, elastic constants, and imposed strains as functions of the parameters.
 module sig_field_map
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_rows, only: contact_rows_t
   use sig_elasticity, only: n_stresses, stress_matrix, von_mises
   use sig_kinds, only: rk
@@ -68,9 +69,11 @@ module sig_field_map
     !> results of nodal_contact and cell_contact, shapes (n_nodes) and (n_cells)
     integer, allocatable :: node_contact(:)
     integer, allocatable :: cell_contact(:)
-    !> [force] normal force and [length] opening of each contact, shape (n_contacts)
+    !> [force] normal force and [length] opening of each contact; whether it is closed, and whether it is tied; shape (n_contacts)
     real(rk), allocatable :: multipliers(:)
     real(rk), allocatable :: opening(:)
+    logical, allocatable :: is_closed(:)
+    logical, allocatable :: is_tied(:)
     !> the following are not allocated without friction. [force/length**2] friction on the first side of each contact, [length] slip
     !> of the first side since the last time, shapes (n_dim, n_contacts); whether each contact slips, shape (n_contacts)
     real(rk), allocatable :: row_tractions(:, :)
@@ -150,9 +153,10 @@ contains
   !> Computes the contact fields from self%displacement and the multipliers: the opening of each row; the contact force, contact
   !> pressure, gap and status (nodal_contact) of each node; and the status of each cell (cell_contact). It also copies the
   !> normal forces. Requires: take_displacement.
-  pure subroutine take_contact(self, map, theta, multipliers)
+  pure subroutine take_contact(self, map, laws, theta, multipliers)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
+    type(contact_laws_t), intent(in) :: laws
     !> values of the model's terms, which the gaps are linear in
     real(rk), intent(in) :: theta(:)
     !> [force] shape (n_multipliers)
@@ -161,12 +165,14 @@ contains
 
     n_nodes = size(self%displacement, 2)
     self%multipliers = multipliers(:map%rows%n_rows)
+    self%is_closed = laws%are_closed(multipliers)
+    self%is_tied = laws%is_tied
     self%opening = matmul(map%rows%gap, theta) - map%rows%apply([self%displacement])
     ! The contact force on each node is the opposite of B' lambda: K u + B' lambda = F.
     self%contact_force = -reshape(map%force_rows%apply_transpose(multipliers, size(self%displacement)), shape(self%displacement))
     self%contact_pressure = nodal_pressures(map%rows, self%multipliers, n_nodes)
     self%gap = nodal_gaps(map%rows, self%opening, n_nodes)
-    self%node_contact = nodal_contact(map%rows, self%multipliers > 0, n_nodes)
+    self%node_contact = nodal_contact(map%rows, self%is_closed, self%is_tied, n_nodes)
     self%cell_contact = cell_contact(self%node_contact, map%of_cells%starts, map%of_cells%nodes)
   end subroutine take_contact
 
@@ -194,7 +200,7 @@ contains
     self%slips = slips
     self%tangential_traction = nodal_vectors(map%rows, self%row_tractions, n_nodes)
     self%slip = nodal_vectors(map%rows, self%row_slips, n_nodes)
-    self%node_friction = nodal_friction(map%rows, self%multipliers > 0, slips, n_nodes)
+    self%node_friction = nodal_friction(map%rows, self%is_closed, self%is_tied, slips, n_nodes)
   end subroutine take_friction
 
   !> Returns the sum over the tangential rows of each contact of value times tangent, shape (n_dim, n_contacts). A tangent is the

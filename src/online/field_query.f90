@@ -91,7 +91,7 @@ contains
       call fill_displacement(online%model, answer, self%displacement)
       call reconstruct_multipliers(online, answer, self%rooms, self%multipliers)
       call self%values%take_displacement(map, self%displacement)
-      call self%values%take_contact(map, answer%theta, self%multipliers)
+      call self%values%take_contact(map, online%model%laws, answer%theta, self%multipliers)
       if (allocated(answer%slip)) call self%values%take_friction(map, self%multipliers, answer%slip, answer%slips)
       call self%values%take_stresses(map, self%theta)
     end associate

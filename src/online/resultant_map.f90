@@ -64,11 +64,12 @@ contains
     n_moments = size(self%unit_moments, 1)
   end function n_moments
 
-  !> Sums for each entry of the deck's contact section the areas of its contacts with a force. If a force is not a number, the area
-  !> of its entry is none either. It allocates nothing.
-  pure subroutine sum_areas(self, row_areas, forces, areas)
+  !> Sums for each entry of the deck's contact section the areas of its contacts that are closed: with a force, or tied. If a force
+  !> is not a number, the area of its entry is none either. It allocates nothing.
+  pure subroutine sum_areas(self, laws, row_areas, forces, areas)
     class(resultant_map_t), intent(in) :: self
-    !> [length**2, length in the plane] area of each row, 0 in rows of tangential forces; shape (n_multipliers)
+    type(contact_laws_t), intent(in) :: laws
+    !> [length**2, length in the plane] area of each row; shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] of all rows, or of the first ones; at least of all contacts
     real(rk), intent(in) :: forces(:)
@@ -77,19 +78,20 @@ contains
     integer :: k
 
     areas = 0
-    do k = 1, size(forces)
+    do k = 1, laws%n_contacts
       associate (area => areas(self%entries(k)))
-        if (forces(k) > 0) area = area + row_areas(k)
+        if (forces(k) > 0 .or. laws%is_tied(k)) area = area + row_areas(k)
         if (ieee_is_nan(forces(k))) area = ieee_value(1.0_rk, ieee_quiet_nan)
       end associate
     end do
   end subroutine sum_areas
 
-  !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those with a force, and the
+  !> Computes for each entry of the deck's contact section three sums over its contacts: the area of those that are closed, and the
   !> resultant force, and moment about the origin, on the first surface. Forces and moments sum all multipliers. If a multiplier is
   !> not a number, the results of its entry are not numbers either. It allocates nothing.
-  pure subroutine evaluate(self, row_areas, multipliers, areas, forces, moments)
+  pure subroutine evaluate(self, laws, row_areas, multipliers, areas, forces, moments)
     class(resultant_map_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
     !> [length**2, length in the plane] area of each row, shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] same shape
@@ -102,7 +104,7 @@ contains
     real(rk), intent(out) :: moments(:, :)
     integer :: i, k
 
-    call self%sum_areas(row_areas, multipliers, areas)
+    call self%sum_areas(laws, row_areas, multipliers, areas)
     forces = 0
     moments = 0
     do k = 1, size(self%entries)
@@ -125,8 +127,9 @@ contains
 
   !> Returns for each entry of the deck's contact section which share [-] of the area that touches slips; 0 where nothing touches.
   !> Shape (n_entries).
-  pure function slip_shares(self, row_areas, multipliers, slips) result(shares)
+  pure function slip_shares(self, laws, row_areas, multipliers, slips) result(shares)
     class(resultant_map_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
     !> [length**2, length in the plane] shape (n_multipliers)
     real(rk), intent(in) :: row_areas(:)
     !> [force] same shape
@@ -135,9 +138,14 @@ contains
     logical, intent(in) :: slips(:)
     real(rk) :: shares(size(self%names))
     real(rk) :: areas(size(self%names)), slipping(size(self%names))
+    integer :: k
 
-    call self%sum_areas(row_areas, multipliers(:size(slips)), areas)
-    call self%sum_areas(row_areas, merge(multipliers(:size(slips)), 0.0_rk, slips), slipping)
+    call self%sum_areas(laws, row_areas, multipliers, areas)
+    slipping = 0
+    do k = 1, size(slips)
+      if (.not. slips(k) .or. .not. multipliers(k) > 0) cycle
+      slipping(self%entries(k)) = slipping(self%entries(k)) + row_areas(k)
+    end do
     shares = 0
     where (areas > 0) shares = slipping / areas
   end function slip_shares

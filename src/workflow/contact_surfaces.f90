@@ -17,7 +17,7 @@ module sig_contact_surfaces
   public :: contact_surfaces_t
 
   !> what the numbers of friction_status say
-  character(*), parameter, public :: friction_states = '0 no row, 1 open, 2 sticks, 3 slips (also closed without friction)'
+  character(*), parameter, public :: friction_states = '0 no row, 1 open, 2 sticks, 3 slips (also closed without friction), 4 tied'
 
   !> The rows of one entry of the deck's contact section.
   type :: entry_rows_t
@@ -172,14 +172,14 @@ contains
     if (has_displacement) call self%file%add_node_field('displacement', values%displacement(:, self%nodes), self%length_unit, &
       'displacement')
     call gather(self, values%multipliers, force, pressure)
-    call gather_state(self, values%multipliers, values%opening, gap, status, contact)
+    call gather_state(self, values, gap, status, contact)
     call self%file%add_node_field('contact_force', force, self%force_unit, 'force of the other body on the node')
     call self%file%add_node_field('contact_pressure', pressure, self%stress_unit, &
       'multiplier over area, on faces of six or eight nodes as a field in their changed basis')
     call self%file%add_node_field('gap', gap, self%length_unit, 'open distance; no number where there is none')
-    call self%file%add_node_field('status', status, '-', '0 no row (faces nothing, or inert), 1 open, 2 closed')
+    call self%file%add_node_field('status', status, '-', '0 no row (faces nothing, or inert), 1 open, 2 closed, 4 tied')
     call self%file%add_cell_field('contact_status', contact, '-', &
-      '0 no row at its nodes, 1 open, 2 closed at all of them, 3 closed at some')
+      '0 no row at its nodes, 1 open, 2 closed at all of them, 3 closed at some, 4 tied')
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
 
@@ -198,7 +198,8 @@ contains
         traction(:, first:last) = vectors(:, self%nodes(first:last))
         vectors = nodal_vectors(rows, values%row_slips(:, indices), self%n_body_nodes)
         slip(:, first:last) = vectors(:, self%nodes(first:last))
-        states = nodal_friction(rows, values%multipliers(indices) > 0, values%slips(indices), self%n_body_nodes)
+        states = nodal_friction(rows, values%is_closed(indices), values%is_tied(indices), values%slips(indices), &
+          self%n_body_nodes)
         status(first:last) = states(self%nodes(first:last))
       end associate
     end do
@@ -251,12 +252,9 @@ contains
 
   !> Computes gaps and contact status at the nodes of self%mesh, each from the rows of its own contact entry, and the contact status
   !> of the facets.
-  subroutine gather_state(self, multipliers, opening, gap, status, contact)
+  subroutine gather_state(self, values, gap, status, contact)
     class(contact_surfaces_t), intent(in) :: self
-    !> [force] of all rows
-    real(rk), intent(in) :: multipliers(:)
-    !> [length] gap of each row after the displacement, shape (n_rows)
-    real(rk), intent(in) :: opening(:)
+    type(field_values_t), intent(in) :: values
     !> [length] NaN at nodes without rows, shape (self%mesh%n_nodes)
     real(rk), intent(out) :: gap(:)
     !> nodal_contact, same shape as gap
@@ -264,16 +262,14 @@ contains
     !> cell_contact of each facet, shape (self%mesh%n_cells)
     integer, intent(out) :: contact(:)
     real(rk) :: gaps(self%n_body_nodes)
-    logical :: is_closed(size(multipliers))
     integer :: i, states(self%n_body_nodes), touching(self%mesh%n_nodes)
 
-    is_closed = multipliers > 0
     do i = 1, size(self%entry_rows)
       associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
         indices => self%entry_rows(i)%indices)
-        gaps = nodal_gaps(rows, opening(indices), self%n_body_nodes)
+        gaps = nodal_gaps(rows, values%opening(indices), self%n_body_nodes)
         gap(first:last) = gaps(self%nodes(first:last))
-        states = nodal_contact(rows, is_closed(indices), self%n_body_nodes)
+        states = nodal_contact(rows, values%is_closed(indices), values%is_tied(indices), self%n_body_nodes)
         touching(first:last) = states(self%nodes(first:last))
       end associate
     end do

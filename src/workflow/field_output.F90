@@ -233,7 +233,7 @@ contains
 
     call values%take_displacement(header%fields, state%displacement)
     call evaluate_points(header%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
-    call values%take_contact(header%fields, theta(:, 1), state%multipliers)
+    call values%take_contact(header%fields, header%laws, theta(:, 1), state%multipliers)
     if (header%laws%remembers()) call values%take_friction(header%fields, state%multipliers, state%slip, state%slips)
     call evaluate_points(header%fields%terms, reshape(point, [size(point), 1]), theta, i_bad_point, i_bad_source)
     call values%take_stresses(header%fields, theta(:, 1))

@@ -145,7 +145,7 @@ contains
     call self%file%add_array('gap', values%gap, model%length_unit, &
       'open distance, the smallest of the rows at the node; no number off the contact surfaces')
     call self%file%add_cell_field('contact_status', values%cell_contact, '-', &
-      '0 no contact row at its nodes, 1 open, 2 closed at all of them, 3 closed at some')
+      '0 no contact row at its nodes, 1 open, 2 closed at all of them, 3 closed at some, 4 tied')
     call self%file%add_array(trim(merge('multipliers_reduced   ', 'multipliers_full_order', is_reduced)), values%multipliers, &
       model%force_unit, 'contact force of each row, ' // author)
     if (allocated(values%slips)) call write_friction(self, model, values)
@@ -165,7 +165,7 @@ contains
     call self%file%add_node_field('friction_status', real(values%node_friction, rk), '-', friction_states)
   end subroutine write_friction
 
-  !> Writes for each contact of the deck the area that touches at the present point: that of the rows with a force.
+  !> Writes for each contact of the deck the area that touches at the present point: of rows with a force, and of tied ones.
   subroutine write_areas(self, model, values)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
@@ -173,10 +173,10 @@ contains
     real(rk) :: areas(model%resultants%n_entries())
     integer :: i
 
-    call model%resultants%sum_areas(model%areas, values%multipliers, areas)
+    call model%resultants%sum_areas(model%laws, model%areas, values%multipliers, areas)
     do i = 1, size(areas)
       call self%file%add_number('contact_' // to_text(i) // '_area', areas(i), model%fields%area_unit, &
-        'area that touches: of the rows with a force; ' // model%resultants%names(i)%text)
+        'area that touches: of the rows with a force, or tied; ' // model%resultants%names(i)%text)
     end do
   end subroutine write_areas
 

@@ -47,7 +47,8 @@ contains
 
     if (has_answer) then
       associate (normal => multipliers(:model%laws%n_contacts))
-        text = to_text(count(normal > 0)) // ',' // to_text(sum(normal)) // contact_values(model, multipliers, slip, slips, .true.)
+        text = to_text(count(model%laws%are_closed(multipliers))) // ',' // to_text(sum(normal)) // &
+          contact_values(model, multipliers, slip, slips, .true.)
       end associate
       do k = 1, size(multipliers)
         text = text // ',' // to_text(multipliers(k))
@@ -112,10 +113,10 @@ contains
     integer :: k
 
     text = ''
-    call model%resultants%evaluate(model%areas, multipliers, areas, forces, moments)
+    call model%resultants%evaluate(model%laws, model%areas, multipliers, areas, forces, moments)
     imbalances = model%resultants%imbalances(multipliers)
     if (model%laws%remembers()) then
-      shares = model%resultants%slip_shares(model%areas, multipliers, slips)
+      shares = model%resultants%slip_shares(model%laws, model%areas, multipliers, slips)
       dissipations = model%resultants%dissipations(multipliers, slip)
     end if
     do k = 1, size(areas)

@@ -4,6 +4,7 @@ module sig_reporting
   use sig_body_compliance, only: body_compliance_t
   use sig_compliance, only: compliance_t
   use sig_condensed_model, only: condensed_model_t
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_state, only: contact_state_t, residuals_t
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
@@ -234,9 +235,10 @@ contains
   end function cluster_text
 
   !> Adds, below points/1, points/2, ..., each point, how its full-order solution ended, its iterations, its time [s] and its
-  !> residuals. If it converged: also the number of rows with a force above 0, and the sum of all contact forces.
-  subroutine report_states(deck, points, states, report)
+  !> residuals. If it converged: also the number of contacts that are closed, and the sum of all contact forces.
+  subroutine report_states(deck, laws, points, states, report)
     type(deck_config_t), intent(in) :: deck
+    type(contact_laws_t), intent(in) :: laws
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: points(:, :)
     !> shape (n_points)
@@ -252,7 +254,7 @@ contains
       call report%add(key // 'iterations', states(i)%n_iterations)
       call report%add(key // 'linear_iterations', states(i)%n_linear_iterations)
       if (states(i)%reason == reason_converged) then
-        call report%add(key // 'n_active', count(states(i)%normal_forces() > 0))
+        call report%add(key // 'n_active', count(laws%are_closed(states(i)%multipliers)))
         call report%add(key // 'contact_force', sum(states(i)%normal_forces()))
         call report_friction(key, states(i), report)
       end if

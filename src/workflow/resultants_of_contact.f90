@@ -72,7 +72,7 @@ contains
       multipliers = ieee_value(1.0_rk, ieee_quiet_nan)
       if (states(i)%reason == reason_converged) multipliers = states(i)%multipliers
       group = 'points/' // to_text(i) // '/contacts/'
-      call report_point(map, problem%force_rows%areas, multipliers, group, report)
+      call report_point(map, problem%laws, problem%force_rows%areas, multipliers, group, report)
       if (problem%laws%remembers()) call report_slip(map, problem%laws, problem%force_rows%areas, multipliers, states(i), group, &
         report)
     end do
@@ -80,8 +80,9 @@ contains
 
   !> Adds the resultants of one point, below <group>1, <group>2, ... for the contacts of the deck, with the names of the surfaces
   !> inside: names may contain characters that a key may not. NaN multipliers give NaN.
-  subroutine report_point(map, row_areas, multipliers, group, report)
+  subroutine report_point(map, laws, row_areas, multipliers, group, report)
     type(resultant_map_t), intent(in) :: map
+    type(contact_laws_t), intent(in) :: laws
     !> shape (n_rows)
     real(rk), intent(in) :: row_areas(:)
     !> [force] shape (n_rows)
@@ -93,7 +94,7 @@ contains
     real(rk) :: moments(map%n_moments(), map%n_entries()), imbalances(map%n_moments(), map%n_entries())
     integer :: i
 
-    call map%evaluate(row_areas, multipliers, areas, forces, moments)
+    call map%evaluate(laws, row_areas, multipliers, areas, forces, moments)
     imbalances = map%imbalances(multipliers)
     do i = 1, map%n_entries()
       call report%add(group // to_text(i) // '/surfaces', map%names(i)%text)
@@ -120,7 +121,7 @@ contains
     shares = ieee_value(shares, ieee_quiet_nan)
     dissipations = shares
     if (state%reason == reason_converged) then
-      shares = map%slip_shares(row_areas, multipliers, state%slips)
+      shares = map%slip_shares(laws, row_areas, multipliers, state%slips)
       dissipations = map%dissipations(multipliers, state%slip)
     end if
     do i = 1, map%n_entries()

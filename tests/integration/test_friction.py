@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decks with friction and tied surfaces through all commands. Forces of other programs: tests/verification."""
 
+import h5py
 import numpy as np
 import pytest
+import yaml
 
 from block_meshes import stacked_blocks
 from results import read_fields, read_table
@@ -326,6 +328,18 @@ def test_tied(signorom, tmp_path, moved):
     assert fields["stress"][:, 1] == pytest.approx(4, rel=1e-9)
     table = read_table(there / "history.csv")
     assert table["contact_force"][7] == pytest.approx(-4, rel=1e-9)
+    # pulled or not, what is tied is closed
+    assert table["contact_1_area"] == pytest.approx(np.ones(16), rel=1e-12)
+    assert min(table["n_active"]) == max(table["n_active"]) > 0
+    points = yaml.safe_load((there / "report.yaml").read_text())["points"]
+    assert points["8"]["n_active"] == table["n_active"][7]
+    assert points["8"]["contacts"]["1"]["area"] == pytest.approx(1, rel=1e-12)
+    checked = read_table(there / "validation.csv")
+    assert set(checked["n_active"]) == set(checked["n_active_full_order"]) == {table["n_active"][7]}
+    with h5py.File(there / "contact.h5") as file:
+        last = file["points"][max(file["points"])]
+        assert set(last["status"][()]) == {4}
+        assert set(last["contact_status"][()]) == {4}
     assert max(read_table(there / "validation.csv")["e_lambda_all"]) < 1e-10
 
 

@@ -268,16 +268,19 @@ contains
     PetscCall(measure_errors(team%solver%system, bodies, online, answers, states, errors, ierr))
     if (.not. team%groups%is_leader()) return
     do i = 1, size(numbers)
-      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), largest_rotation(problem%motions, states(i:i)), &
+      table(:, numbers(i)) = table_column(answers(i), states(i), errors(i), &
+        count(problem%laws%are_closed(states(i)%multipliers)), largest_rotation(problem%motions, states(i:i)), &
         largest_deformation(problem%motions, states(i:i)))
     end do
   end subroutine compare_batch
 
   !> Returns the numbers of a point that ranks share, in the order in which unpack_table takes them.
-  pure function table_column(answer, state, errors, rotation, deformation) result(column)
+  pure function table_column(answer, state, errors, n_closed, rotation, deformation) result(column)
     type(answer_t), intent(in) :: answer
     type(contact_state_t), intent(in) :: state
     type(point_errors_t), intent(in) :: errors
+    !> number of contacts that are closed in the full-order solution
+    integer, intent(in) :: n_closed
     !> [rad] largest_rotation and [-] largest_deformation of the full-order solution
     real(rk), intent(in) :: rotation
     real(rk), intent(in) :: deformation
@@ -287,7 +290,7 @@ contains
     comparisons = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
       errors%field, errors%von_mises_largest, errors%von_mises, errors%pressure]
     column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
-      real(count(state%normal_forces() > 0), rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
+      real(n_closed, rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
       state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
       real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation, &
       deformation]

@@ -135,9 +135,9 @@ class Fields:
     contact_pressure: FloatArray
     #: gap that is left after the displacement, NaN at nodes without a contact, shape (n_nodes)
     gap: FloatArray
-    #: status of each node: 0 no contact, 1 open, 2 closed; shape (n_nodes)
+    #: status of each node: 0 no contact, 1 open, 2 closed, 4 tied; shape (n_nodes)
     status: IntArray
-    #: status of each cell: 0 no contact at its nodes, 1 open, 2 closed, 3 closed at some nodes; shape (n_cells)
+    #: status of each cell: 0 no contact at its nodes, 1 open, 2 closed, 3 open at some nodes, 4 tied; shape (n_cells)
     contact_status: IntArray
     #: Resultants.areas of this answer, shape (n_entries)
     contact_area: FloatArray

@@ -14,10 +14,16 @@ from signorom_post.plots.captions import surface_title
 from signorom_post.plots.chains import chains_of, positions_along
 from signorom_post.readers.fields import FieldFile, FieldPoint
 from signorom_post.readers.surfaces import ContactSurface
-from signorom_post.style import BLUE, LIGHT_GRAY, ORANGE, new_figure
+from signorom_post.style import BLUE, GREEN, LIGHT_GRAY, ORANGE, new_figure
 
 #: status in the field friction_status -> its name and color
-STATES = {0: ("no contact row", "white"), 1: ("open", LIGHT_GRAY), 2: ("sticks", BLUE), 3: ("slips", ORANGE)}
+STATES = {
+    0: ("no contact row", "white"),
+    1: ("open", LIGHT_GRAY),
+    2: ("sticks", BLUE),
+    3: ("slips", ORANGE),
+    4: ("tied", GREEN),
+}
 
 
 def stick_slip(
@@ -47,7 +53,7 @@ def stick_slip(
         for state, (text, color) in STATES.items()
         if state in shown
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4)
+    figure.legend(handles=handles, loc="outside lower center", ncols=5)
     return figure
 
 
