@@ -6,7 +6,7 @@ module sig_deck_box
   use sig_text, only: string_t, to_text
   implicit none(type, external)
   private
-  public :: corners_of, in_box, names_of, point_text
+  public :: corners_of, corners_to_try, in_box, names_of, point_text
 
   !> largest number of parameters for which all corners of the box are tried
   integer, parameter, public :: max_corner_parameters = 10
@@ -40,6 +40,20 @@ contains
       end do
     end do
   end function corners_of
+
+  !> Returns the middle of the box and all of its corners; with more than 10 parameters the middle, the lowest and the highest
+  !> corner. Shape (n_parameters, n).
+  pure function corners_to_try(parameters) result(points)
+    type(parameter_config_t), intent(in) :: parameters(:)
+    real(rk), allocatable :: points(:, :)
+    integer :: i
+
+    if (size(parameters) <= max_corner_parameters) then
+      points = corners_of(parameters, [(i, i=1, size(parameters))])
+    else
+      points = reshape([corners_of(parameters, [integer ::]), parameters%maximum], [size(parameters), 3])
+    end if
+  end function corners_to_try
 
   !> Maps points from the unit cube into the box.
   pure function in_box(fractions, parameters) result(points)

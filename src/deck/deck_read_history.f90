@@ -2,7 +2,7 @@
 !> Reads and checks the section `history` of a deck: tables, which are piecewise linear functions of the time, and the steps, which
 !> give the times of the states.
 module sig_deck_read_history
-  use sig_deck_box, only: corners_of, in_box, max_corner_parameters, names_of, point_text
+  use sig_deck_box, only: corners_to_try, in_box, names_of, point_text
   use sig_deck_config, only: history_config_t, parameter_config_t, step_config_t, value_config_t
   use sig_deck_tree, only: append_text, deck_tree_t, root_node
   use sig_deck_values, only: get_integer, get_list_entries, get_mapping, get_number, get_word, is_mapping, value_of
@@ -237,20 +237,6 @@ contains
     end do
     call tables%destroy()
   end subroutine check_tables
-
-  !> Returns the points at which tables are tried: the middle and the corners of the box; with more than 10 parameters the middle,
-  !> the lowest and the highest corner. Shape (n_parameters, n).
-  pure function corners_to_try(parameters) result(points)
-    type(parameter_config_t), intent(in) :: parameters(:)
-    real(rk), allocatable :: points(:, :)
-    integer :: i
-
-    if (size(parameters) <= max_corner_parameters) then
-      points = corners_of(parameters, [(i, i=1, size(parameters))])
-    else
-      points = reshape([corners_of(parameters, [integer ::]), parameters%maximum], [size(parameters), 3])
-    end if
-  end function corners_to_try
 
   !> Returns what the numbers of a state are: the parameters, and with a history the time and its tables. The range of the time is
   !> from 0 to the end of the steps, and the range of a table is that of find_ranges.

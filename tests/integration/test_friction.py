@@ -282,10 +282,27 @@ def test_warnings(signorom, tmp_path):
         "increments: 6": "increments: 4",
     }
     said = signorom.run("check", write_deck(tmp_path, **changes), folder=tmp_path).stderr
-    assert "contact[1] (lower_face - upper_face): the coefficient of friction is up to 2.0" in said
-    assert "loads or prescribed displacements are not 0 at the time 0" in said
+    assert "contact[1] (lower_face - upper_face): the coefficient of friction is up to 2.0 at " in said
+    assert "loads are not 0 at the time 0 (" in said
     assert "the table 'shear' turns round at the time 2.0, inside of a step" in said
     assert "warning" not in signorom.run("check", write_deck(tmp_path), folder=tmp_path).stderr
+
+
+def test_warnings_between_the_points(signorom, tmp_path):
+    """Coefficients count in the whole box, and overlaps as loads do, if there is friction in the first state."""
+    deck = write_deck(tmp_path, **{"mu: {min: 0.3, max: 1}": "mu: {min: 0.3, max: 1.5}"})
+    inside = yaml.safe_load(deck.read_text())
+    inside["training"] = {"file": "points.csv"}
+    del inside["test"]
+    (tmp_path / "points.csv").write_text("P,mu\n4,0.8\n")
+    inside["contact"][0]["initial_gap"] = -1e-6
+    deck.write_text(yaml.safe_dump(inside, sort_keys=False))
+    said = signorom.run("check", deck, folder=tmp_path).stderr
+    assert "the coefficient of friction is up to 1.5 at " in said
+    assert "overlaps of contact[1] are not 0 at the time 0 (P = 4.0 Pa, mu = 0.8)" in said
+    inside["contact"][0]["friction"] = "time > 1 ? mu / 2 : 0"
+    deck.write_text(yaml.safe_dump(inside, sort_keys=False))
+    assert "warning" not in signorom.run("check", deck, folder=tmp_path).stderr
 
 
 def test_units(signorom, tmp_path, results):
