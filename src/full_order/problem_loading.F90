@@ -253,6 +253,7 @@ contains
       sizes%n_dofs = mesh%n_dim * mesh%n_nodes
       sizes%n_multipliers = problem%force_rows%n_rows
       sizes%has_plain_contact = problem%laws%is_plain()
+      sizes%has_friction = problem%laws%remembers()
       sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
       sizes%is_floating = problem%motions%n_free > 0
       sizes%has_multigrid_vi = has_multigrid_vi()

@@ -7,8 +7,8 @@ module sig_solver_costs
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cost_t, problem_size_t, condensed_cost, dense_bytes, factorization_cost, multigrid_cost, point_cost, refactoring_cost
-  public :: solves_cost, operator(+), times
+  public :: cost_t, problem_size_t, comparison_cost, condensed_cost, dense_bytes, factorization_cost, multigrid_cost, point_cost
+  public :: refactoring_cost, solves_cost, steps_cost, operator(+), times
 
   !> What something takes: [s] on each rank, and [byte] on all ranks together.
   type :: cost_t
@@ -47,6 +47,8 @@ module sig_solver_costs
     logical :: is_floating = .false.
     !> whether contacts only open and close: no friction, none tied
     logical :: has_plain_contact = .true.
+    !> whether contacts may slip with friction, so that points are the states of histories
+    logical :: has_friction = .false.
     !> whether PETSc's SNESVI works with multigrid
     logical :: has_multigrid_vi = .false.
   end type problem_size_t
@@ -78,6 +80,13 @@ module sig_solver_costs
   real(rk), parameter :: multigrid_bytes(2) = [22.0_rk, 1700.0_rk]
   !> [s] of one operation of a dense product, and n^3 of them for a dense problem with n unknowns, half of them closed
   real(rk), parameter :: per_dense_operation = 5.0e-11_rk, dense_share = 0.3_rk
+  !> [s] of a state with friction: Newton's steps, and those that look for other solutions, which factor matrices of closed or open
+  !> contacts. Per entry of W, in the plane and in space, where directions of slip change from step to step; and n^3 operations
+  real(rk), parameter :: per_friction_entry(2:3) = [2.6e-8_rk, 7.5e-8_rk], friction_share = 1.5_rk
+  !> [-] dense work of an answer of a model with friction, which does not look for other solutions, over that of a state
+  real(rk), parameter :: share_of_answer = 0.4_rk
+  !> [s] errors of an answer and of its fields, per dof
+  real(rk), parameter :: per_compared_dof = 4.0e-7_rk
 
 contains
 
@@ -161,8 +170,8 @@ contains
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
 
-  !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, and the
-  !> displacement, by the responses or by one more solve.
+  !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, or the step of a
+  !> history with friction; and the displacement, by the responses or by one more solve.
   pure type(cost_t) function point_cost(sizes) result(cost)
     type(problem_size_t), intent(in) :: sizes
     real(rk) :: n
@@ -173,8 +182,33 @@ contains
     else
       cost = solves_cost(sizes, 1)
     end if
-    cost%seconds = cost%seconds + per_dense_operation * dense_share * n**3
+    cost%seconds = cost%seconds + dense_seconds(sizes)
   end function point_cost
+
+  !> [s] Returns the time of the dense problem of a point.
+  pure real(rk) function dense_seconds(sizes) result(seconds)
+    type(problem_size_t), intent(in) :: sizes
+
+    associate (n => real(sizes%n_multipliers, rk))
+      seconds = per_dense_operation * dense_share * n**3
+      if (sizes%has_friction) seconds = per_friction_entry(sizes%n_dim) * n**2 + per_dense_operation * friction_share * n**3
+    end associate
+  end function dense_seconds
+
+  !> Returns the cost of the steps of friction that a model keeps: W and its inverse.
+  pure type(cost_t) function steps_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+
+    cost%seconds = per_dense_operation * 3 * real(sizes%n_multipliers, rk)**3
+  end function steps_cost
+
+  !> Returns the cost of an answer of a condensed model beside a solution of the full order, and of the errors between both.
+  pure type(cost_t) function comparison_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+
+    cost%seconds = per_compared_dof * sizes%n_dofs
+    if (sizes%has_friction) cost%seconds = cost%seconds + share_of_answer * dense_seconds(sizes)
+  end function comparison_cost
 
   !> Returns the cost of multigrid at n_points points: levels once, then active sets with levels and iterations of their own.
   pure type(cost_t) function multigrid_cost(sizes, n_points) result(cost)

@@ -10,7 +10,8 @@ module sig_study_plan
   use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
-  use sig_solver_costs, only: condensed_cost, cost_t, operator(+), point_cost, problem_size_t, solves_cost, times
+  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, operator(+), point_cost, problem_size_t, &
+    solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
   use sig_text, only: counted, string_t
   implicit none(type, external)
@@ -108,7 +109,7 @@ contains
       end if
       if (n_test == 0) return
       if (plan%type == 'condensed') then
-        cost = times(n_test, point_cost(sizes))
+        cost = times(n_test, point_cost(sizes) + comparison_cost(sizes))
         cost%bytes = bytes_of_responses(sizes)
       else
         cost = sweep_cost(plan%type, plan%linear, sizes, n_test)
@@ -128,7 +129,9 @@ contains
     type(cost_t) :: responses
 
     associate (sizes => problem%sizes)
+      ! pivot transforms, which models with friction or ties do without
       cost = times(most_references, point_cost(sizes))
+      if (.not. sizes%has_plain_contact) cost = steps_cost(sizes)
       cost%bytes = bytes_of_responses(sizes) + sizes%n_ranks * model_size(problem)
       if (problem%plan%type /= 'condensed') cost = cost + condensed_cost(sizes)
       displacements = plan_displacements(problem)
