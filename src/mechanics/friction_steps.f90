@@ -26,6 +26,7 @@ module sig_friction_steps
     !> its inverse, or nothing where it has none, as in corners
     real(rk), allocatable, private :: inverse(:, :)
   contains
+    procedure :: start
     procedure :: create
     procedure :: advance
     procedure :: count_answers
@@ -55,8 +56,21 @@ module sig_friction_steps
 
 contains
 
-  !> Makes the matrix of the steps from W.
-  subroutine create(self, laws, anchors, scale, compliance)
+  !> Takes the contacts and their laws; enough for memory%begin.
+  subroutine start(self, laws, anchors)
+    class(friction_steps_t), intent(inout) :: self
+    type(contact_laws_t), intent(in) :: laws
+    !> rows, 1-based
+    integer, intent(in) :: anchors(:)
+
+    self%laws = laws
+    self%contacts = laws%friction_contacts_t
+    self%contacts%n_motions = size(anchors)
+    self%anchors = anchors
+  end subroutine start
+
+  !> Makes the matrix of the steps from W. A matrix of the same size, from a call before, is written over.
+  subroutine create(self, laws, anchors, scale, compliance, keeps_inverse)
     class(friction_steps_t), intent(inout) :: self
     type(contact_laws_t), intent(in) :: laws
     !> rows, 1-based
@@ -65,20 +79,22 @@ contains
     real(rk), intent(in) :: scale
     !> [length/force] W; rows and columns of anchors are those of their openings; shape (n_rows, n_rows)
     real(rk), intent(in) :: compliance(:, :)
+    !> whether the inverse is made, too, which pays if W is that of many steps
+    logical, intent(in) :: keeps_inverse
     integer :: j, n
     logical :: is_singular
 
+    call self%start(laws, anchors)
     n = size(compliance, 1)
-    self%laws = laws
-    self%contacts = laws%friction_contacts_t
-    self%contacts%n_motions = size(anchors)
-    self%anchors = anchors
-    if (allocated(self%compliance)) deallocate (self%compliance)
-    allocate (self%compliance(n + size(anchors), n + size(anchors)), source=0.0_rk)
+    if (allocated(self%compliance)) then
+      if (size(self%compliance, 1) /= self%contacts%n_rows()) deallocate (self%compliance)
+    end if
+    if (.not. allocated(self%compliance)) allocate (self%compliance(self%contacts%n_rows(), self%contacts%n_rows()))
     self%compliance(:n, :n) = compliance
     self%compliance(anchors, :) = 0
     self%compliance(:, anchors) = 0
     self%compliance(:n, n + 1:) = compliance(:, anchors)
+    self%compliance(n + 1:, n + 1:) = 0
     ! a motion opens its own anchor, and no other
     do j = 1, size(anchors)
       self%compliance(anchors, n + j) = 0
@@ -86,6 +102,7 @@ contains
     end do
     self%compliance(n + 1:, :n) = -transpose(self%compliance(:n, n + 1:))
     if (allocated(self%inverse)) deallocate (self%inverse)
+    if (.not. keeps_inverse) return
     allocate (self%inverse(size(self%compliance, 1), size(self%compliance, 1)))
     call invert(self%compliance, self%inverse, is_singular)
     if (is_singular) deallocate (self%inverse)
@@ -96,7 +113,7 @@ contains
     class(friction_memory_t), intent(inout) :: self
     type(friction_steps_t), intent(in) :: steps
 
-    associate (n => size(steps%compliance, 1), n_rows => steps%contacts%n_forces())
+    associate (n => steps%contacts%n_rows(), n_rows => steps%contacts%n_forces())
       if (allocated(self%origins)) then
         if (size(self%origins) /= n) deallocate (self%origins, self%openings, self%slip)
       end if

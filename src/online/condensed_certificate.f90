@@ -187,6 +187,7 @@ contains
     real(rk), contiguous, intent(in) :: opening(:)
     !> in: theta, unknowns and multipliers; out: the bounds
     type(answer_t), intent(inout) :: answer
+    type(contact_error_bound_t) :: norm
     real(rk) :: places(size(opening)), change(size(opening)), closing(size(opening)), size_of_answer, bound
 
     places = opening
@@ -196,7 +197,13 @@ contains
     call close_anchors(compliance, answer%unknowns, point, closing)
     size_of_answer = comparable_size(sqrt(max(0.0_rk, dot_product(answer%multipliers(self%free_rows), closing(self%free_rows)))), &
       compliance%largest_size)
-    bound = self%bound%dual_size(change(self%free_rows))
+    if (compliance%is_fixed()) then
+      bound = self%bound%dual_size(change(self%free_rows))
+    else
+      call factor(self, compliance, point, norm)
+      if (.not. norm%is_valid) return
+      bound = norm%dual_size(change(self%free_rows)) + compliance%own_error(answer%theta, answer%unknowns)
+    end if
     call answer%take_bound(bound, size_of_answer)
     if (compliance%has_displacement()) call compliance%bound_displacement(bound, answer%unknowns, &
       dot_product(answer%unknowns, opening - point%opening), point, answer)

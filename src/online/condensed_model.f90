@@ -37,7 +37,7 @@ module sig_condensed_model
     class(compliance_t), allocatable :: compliance
     !> friction and ties of the contacts; `complete` sets them
     type(contact_laws_t) :: laws
-    !> not allocated where contacts only open and close
+    !> with the matrix of a fixed W; not allocated where contacts only open and close
     type(friction_steps_t), allocatable, private :: steps
     type(condensed_certificate_t), allocatable, private :: certificate
   contains
@@ -45,6 +45,7 @@ module sig_condensed_model
     procedure :: complete
     procedure :: mismatch
     procedure :: prepare
+    procedure :: take_laws
     procedure :: create_room
     procedure :: forget
     procedure :: solve
@@ -83,6 +84,8 @@ module sig_condensed_model
     logical, allocatable :: start(:)
     !> of contacts with friction
     type(friction_memory_t) :: memory
+    !> those of the point, where W depends on it
+    type(friction_steps_t) :: steps
   end type condensed_room_t
 
 contains
@@ -112,8 +115,8 @@ contains
     character(:), allocatable :: name
 
     name = self%compliance%mismatch(sizes)
-    ! steps of friction need all of W, and W is the same at all points
-    if (.not. (sizes%laws%is_plain() .or. (self%compliance%is_fixed() .and. self%compliance%n_systems() == 1))) name = 'laws'
+    ! steps of friction need all of W
+    if (.not. (sizes%laws%is_plain() .or. self%compliance%n_systems() == 1)) name = 'laws'
   end function mismatch
 
   !> Prepares the compliance and the certificate (can_certify says whether there are bounds). There are no errors: message stays
@@ -124,12 +127,21 @@ contains
     type(condensed_certificate_t), allocatable :: certificate
 
     call self%compliance%prepare()
-    if (allocated(self%steps)) deallocate (self%steps)
-    if (.not. self%laws%is_plain()) call create_steps(self%compliance, self%laws, self%steps)
+    call self%take_laws(self%laws)
     allocate (certificate)
     call certificate%create(self%compliance)
     call move_alloc(certificate, self%certificate)
   end subroutine prepare
+
+  !> Takes the laws of the contacts; prepare takes those that `complete` has set. Requires: the anchors of the compliance, and a
+  !> fixed W.
+  subroutine take_laws(self, laws)
+    class(condensed_model_t), intent(inout) :: self
+    type(contact_laws_t), intent(in) :: laws
+
+    if (allocated(self%steps)) deallocate (self%steps)
+    if (.not. laws%is_plain()) call create_steps(self%compliance, laws, self%steps)
+  end subroutine take_laws
 
   subroutine create_steps(compliance, laws, steps)
     class(compliance_t), target, intent(in) :: compliance
@@ -138,10 +150,12 @@ contains
     type(compliance_point_t), target :: point
     real(rk), pointer, contiguous :: matrix(:, :)
 
+    allocate (steps)
+    call steps%start(laws, compliance%anchors)
+    if (.not. compliance%is_fixed()) return
     call compliance%create_point(point)
     matrix => compliance%matrix(point)
-    allocate (steps)
-    call steps%create(laws, compliance%anchors, compliance%scale, matrix)
+    call steps%create(laws, compliance%anchors, compliance%scale, matrix, .true.)
   end subroutine create_steps
 
   !> Makes the work arrays for one thread.
@@ -194,17 +208,24 @@ contains
   !> Solves the next step of the history in the room. Without an answer the reason is that of solve_friction.
   subroutine solve_step(compliance, steps, theta, room, answer)
     class(compliance_t), target, intent(in) :: compliance
-    type(friction_steps_t), intent(in) :: steps
+    type(friction_steps_t), target, intent(in) :: steps
     real(rk), contiguous, intent(in) :: theta(:)
     type(condensed_room_t), target, intent(inout) :: room
     type(answer_t), intent(inout) :: answer
     real(rk), pointer, contiguous :: matrix(:, :)
+    type(friction_steps_t), pointer :: now
     logical :: is_valid
 
     answer%reason = reason_no_material
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
-    call steps%advance(room%point%opening, steps%laws%friction_at(theta), room%memory)
+    matrix => compliance%matrix(room%point)
+    now => steps
+    if (.not. compliance%is_fixed()) then
+      now => room%steps
+      call now%create(steps%laws, compliance%anchors, compliance%scale, matrix, .false.)
+    end if
+    call now%advance(room%point%opening, steps%laws%friction_at(theta), room%memory)
     associate (solution => room%memory%solution, n => size(answer%multipliers))
       answer%reason = solution%reason
       answer%method = answer_condensed
@@ -219,7 +240,6 @@ contains
       end if
       call steps%fill_unknowns(room%memory, answer%unknowns)
     end associate
-    matrix => compliance%matrix(room%point)
     room%opening = room%point%opening
     call add_few_columns(matrix, answer%unknowns, room%opening)
     call count_free(matrix, compliance, answer)

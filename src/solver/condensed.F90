@@ -112,7 +112,8 @@ contains
     call close_anchors(self, system)
     ! W is symmetric but for rounding; with anchors its columns are more accurate as they are, where a body is thin
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
-    if (.not. system%laws%is_plain()) call self%steps%create(system%laws, self%anchors%rows, self%scale, self%compliance)
+    if (.not. system%laws%is_plain()) call self%steps%create(system%laws, self%anchors%rows, self%scale, &
+      self%compliance, .true.)
   end subroutine create
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.

@@ -259,15 +259,11 @@ def test_fmu_is_refused(post, results, tmp_path):
             {"reduction: {fields: true}": "clusters: {number: 2, method: irregular}"},
             "clusters are those of hyper-reduction",
         ),
-        (
-            {"young_modulus: 2.0e6": "young_modulus: 2.0e6 * mu"},
-            "elastic constants that depend on parameters",
-        ),
         ({"friction: mu": "friction: mu - 1"}, "it must be at least 0"),
         ({"friction: mu": "friction: 1 / (mu - 0.3)"}, "which is not finite at"),
         ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
     ],
-    ids=["active_set", "gamg", "hhr", "clusters", "stiffness", "negative", "nan", "tied"],
+    ids=["active_set", "gamg", "hhr", "clusters", "negative", "nan", "tied"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
     """Exit code 2 and a sentence before anything is solved."""

@@ -726,6 +726,13 @@ PLANTED = [
         "unit.dense.test_friction_problem",
     ),
     Planted(
+        SRC + "reduction/condensed/response_errors.f90",
+        "if (begins_history(problem, snapshots%parameters, i)) call model%forget(room)",
+        "if (i == 1) call model%forget(room)",
+        "a history of the training remembers the one before",
+        "verification.test_friction_parts",
+    ),
+    Planted(
         SRC + "contact/tangential_rows.f90",
         "any(is_on_plane(n_first + 1:))",
         "any(is_on_plane)",

@@ -111,6 +111,39 @@ def test_friction_during_the_fit_is_forgotten(signorom, press_fit, tmp_path):
         assert np.abs(difference).max() <= EXACT * columns_of(free, "lambda")[-1].max()
 
 
+# by deck: what its elastic constants become, with further parameters and their box
+VARIED = {
+    "press_fit_pull": {
+        "  mu: {min: 0.1,": "  young: {min: 100e3, max: 300e3}\n  nu: {min: 0.2, max: 0.4}\n  mu: {min: 0.1,",
+        "steel: {regions: [shaft, hub], young_modulus: 210.0e3, poisson_ratio: 0.3}": (
+            "steel: {regions: [shaft], young_modulus: 210.0e3, poisson_ratio: 0.3}\n"
+            "  other: {regions: [hub], young_modulus: young, poisson_ratio: nu}"
+        ),
+        "mu: 0.15}]}": "mu: 0.15, young: 200e3, nu: 0.35}]}",
+        "reduction: {fields: true}": "reduction: {fields: true, stiffness_tolerance: 1e-8}",
+    },
+    "bolted_joint": {
+        "  mu: {min: 0.1,": "  young: {min: 100e3, max: 250e3}\n  mu: {min: 0.1,",
+        "young_modulus: 210.0e3": "young_modulus: young",
+        "{mu: 0.12, tightening: 0.01}, {mu: 0.25, tightening": "{mu: 0.12, young: 200e3, tightening",
+    },
+}
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_elastic_constants_as_parameters(signorom, tmp_path, name):
+    """Forces of the full order at all times: exact for a modulus of a whole body, interpolated otherwise."""
+    deck = write_input(name, tmp_path, VARIED[name])
+    said = signorom("run", deck, folder=tmp_path)
+    assert "forces accepted: " in said
+    assert "fields accepted: " in said
+    table = read_table(tmp_path / "results" / name / "validation.csv")
+    assert len(set(table["young"])) > 1
+    assert max(table["e_lambda_all"]) <= {"press_fit_pull": 1e-8, "bolted_joint": EXACT}[name]
+    assert max(table["e_u_energy_relative"]) <= 1e-7
+    assert min(table["error_bound"]) >= 0
+
+
 def test_press_fit_in_a_cycle(signorom, press_fit, tmp_path):
     """Pulled and pushed until all slips, by tables of a file: the loop closes, and its area is the work of friction."""
     path = [(0.5, 0, 0.5), (1, 0, 1)]

@@ -43,7 +43,7 @@ contains
     integer :: i
 
     is_own = dofs_of_body(problem, i_body)
-    associate (body => data%bodies(i_body), n => problem%rows%n_rows, n_driving => problem%boundary%n_driving_terms)
+    associate (body => data%bodies(i_body), n => problem%force_rows%n_rows, n_driving => problem%boundary%n_driving_terms)
       body%modulus_term = constants%modulus_term
       body%modulus = constants%moduli(1)
       body%numerators = constants%numerators

@@ -46,8 +46,12 @@ contains
 
     kind = 'hhr'
     reason = ''
-    if (.not. problem%laws%is_plain()) kind = 'condensed'
-    if (kind == 'condensed') return
+    if (.not. problem%laws%is_plain()) then
+      ! check_friction refuses all that needs another kind
+      kind = 'condensed'
+      if (.not. problem%has_fixed_stiffness) kind = 'interpolated'
+      return
+    end if
     associate (deck => problem%deck)
       if (deck%reduction%method == 'hhr') return
       if (deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. deck%clusters%refine%is_used) then
@@ -85,9 +89,6 @@ contains
       else if (deck%greedy%is_used) then
         reason = 'a greedy selection asks a model at single points, which do not remember'
         hint = 'leave greedy out: a condensed model is exact whatever its training points are'
-      else if (.not. problem%has_fixed_stiffness) then
-        reason = 'elastic constants that depend on parameters are not available together with friction or tied contacts'
-        hint = 'give the materials constants'
       end if
       if (reason /= '') call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, hint=hint)
     end associate

@@ -120,6 +120,7 @@ contains
     ierr = 0
     bodies => bodies_of(model)
     call start_data(problem, team, joined%constants, solved, plan, bodies)
+    call model%take_laws(problem%laws)
     call probes%create(problem, solved)
     i_round = 0
     is_good = .false.
@@ -215,7 +216,7 @@ contains
     call find_anchors(team%solver%system%motions, anchors)
     data%anchors = anchors%rows
     data%anchor_closing = anchors%closing
-    data%gap = problem%rows%gap
+    data%gap = problem%force_rows%gap
     call close_anchors(anchors, data%gap)
     data%anchor_forces = anchor_forces(team%solver%system, anchors)
     call move_anchors(team, anchors, data)

@@ -67,6 +67,7 @@ contains
     call model%create_room(room)
     bodies%largest_size = 0
     do i = 1, size(errors)
+      if (begins_history(problem, snapshots%parameters, i)) call model%forget(room)
       errors(i) = error_at(model, i, theta(:, i), forces(:, i), room)
       sizes(i) = norm2(forces(:, i))
       ! the room holds W of the point
@@ -80,6 +81,22 @@ contains
     bodies%measured_error = maxval(errors)
     bodies%worst_point = maxloc(errors, dim=1)
   end subroutine measure_responses
+
+  !> Whether a state is not a later one of the history of the state before. With friction the last states of a history may be
+  !> missing, because they have no solution.
+  pure logical function begins_history(problem, states, i)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_states)
+    real(rk), intent(in) :: states(:, :)
+    integer, intent(in) :: i
+
+    begins_history = i == 1
+    if (begins_history) return
+    associate (n => size(problem%deck%parameters), before => states(:, i - 1), now => states(:, i))
+      begins_history = any(abs(now(:n) - before(:n)) > 0)
+      if (.not. begins_history .and. size(now) > n) begins_history = now(n + 1) <= before(n + 1)
+    end associate
+  end function begins_history
 
   !> [force] Returns the Euclidean norm of the error of the contact forces at training point i; huge where there is no answer.
   real(rk) function error_at(model, i, theta, forces, room) result(error)
@@ -133,7 +150,7 @@ contains
     real(rk), allocatable :: points(:, :)
 
     call find_probes(problem, snapshots%parameters, points, self%theta, self%nearest)
-    allocate (self%forces(problem%rows%n_rows, size(self%theta, 2)), source=0.0_rk)
+    allocate (self%forces(problem%force_rows%n_rows, size(self%theta, 2)), source=0.0_rk)
     allocate (self%is_answered(size(self%theta, 2)), source=.false.)
   end subroutine create
 
@@ -156,6 +173,8 @@ contains
     changes = 0
     do i = 1, size(changes)
       associate (theta => self%theta(:, i), forces => self%forces(:, i))
+        ! with friction the first step of a history
+        call model%forget(room)
         call model%ask(theta, self%nearest(i), room, answer)
         if (answer%reason > 0 .and. self%is_answered(i)) changes(i) = norm2(answer%multipliers - forces)
         self%is_answered(i) = answer%reason > 0
