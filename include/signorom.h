@@ -388,7 +388,14 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * value on this side of the point; if the forces are not unique; if contacts that touch without a force leave no
  * solution beside the point; and if beside the point the loads move a body that no contact force holds here
  * (n_free_motions of the answer). It returns SIGNOROM_BAD_ARGUMENT for another direction. It costs about one query per
- * parameter. */
+ * parameter.
+ * With friction, contacts that stick go on sticking, and those that slip go on slipping. n_grazing counts also contacts
+ * that have the largest force of friction without slip, as where loads are held. The derivatives with respect to the
+ * parameters of the deck contain what these change at all times before. They build on those of the time before: call
+ * this function after each signorom_advance from the first one on, in the same direction where is_one_sided is 1. A
+ * time without derivatives with respect to the time or a table alone does not matter to later times. The other values
+ * of a state, the time and the tables, change at their own time alone. SIGNOROM_NO_ANSWER also if the derivatives of an
+ * earlier time are missing, or if a contact with friction touches without a force. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next three return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

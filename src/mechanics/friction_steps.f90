@@ -5,6 +5,7 @@
 !> Here anchors keep their forces as unknowns, and the motions of these bodies are further unknowns (sig_friction_types).
 module sig_friction_steps
   use sig_contact_laws, only: contact_laws_t
+  use sig_friction_derivative, only: differentiate_friction, friction_derivative_t, friction_step_t
   use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
                                   friction_workspace_t, solve_friction
   use sig_kinds, only: rk
@@ -30,8 +31,10 @@ module sig_friction_steps
     procedure :: create
     procedure :: advance
     procedure :: count_answers
+    procedure :: differentiate
     procedure :: fill_unknowns
     procedure :: motion
+    procedure :: n_unknowns
     procedure :: slipping
   end type friction_steps_t
 
@@ -165,6 +168,45 @@ contains
 
     call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n, self%inverse)
   end function count_answers
+
+  !> Computes the derivatives of the answer of the last step in some directions; those of its openings count from the change of the
+  !> origins. Requires: the last step has an answer.
+  subroutine differentiate(self, memory, terms, friction, changes, friction_changes, origins, derivative)
+    class(friction_steps_t), intent(in) :: self
+    type(friction_memory_t), intent(in) :: memory
+    !> [length] sizes of the terms of q, shape (n_rows)
+    real(rk), intent(in) :: terms(:)
+    !> that of the last step
+    real(rk), intent(in) :: friction(:)
+    !> [length] change of q, shape (n_rows, n_directions), and [-] of the coefficients, shape (n_contacts, n_directions)
+    real(rk), intent(in) :: changes(:, :)
+    real(rk), intent(in) :: friction_changes(:, :)
+    !> [length] change of the origins, shape (n_unknowns, n_directions)
+    real(rk), intent(in) :: origins(:, :)
+    type(friction_derivative_t), intent(out) :: derivative
+    type(friction_step_t) :: step
+    real(rk) :: openings(size(origins, 1), size(origins, 2))
+
+    associate (n => size(changes, 1), contacts => self%contacts)
+      step%q = memory%openings
+      step%origins = memory%origins
+      step%terms = [terms, terms(self%anchors)]
+      step%terms(self%anchors) = 0
+      step%friction = merge(friction, 0.0_rk, contacts%tangents(1, :) > 0 .and. .not. contacts%is_tied)
+      openings(:n, :) = changes
+      openings(n + 1:, :) = changes(self%anchors, :)
+      openings(self%anchors, :) = 0
+      openings(contacts%n_contacts + 1:n, :) = openings(contacts%n_contacts + 1:n, :) + origins(contacts%n_contacts + 1:n, :)
+      call differentiate_friction(self%compliance, contacts, step, memory%solution, openings, friction_changes, derivative)
+    end associate
+  end subroutine differentiate
+
+  !> Returns the number of forces and motions.
+  pure integer function n_unknowns(self)
+    class(friction_steps_t), intent(in) :: self
+
+    n_unknowns = self%contacts%n_rows()
+  end function n_unknowns
 
   !> Sets the unknowns of sig_condensed [force]: forces, and in rows of anchors their scaled openings; shape (n_rows).
   pure subroutine fill_unknowns(self, memory, unknowns)

@@ -11,6 +11,8 @@ module sig_condensed_model
   use sig_condensed_certificate, only: condensed_certificate_t
   use sig_dense_kernels, only: add_few_columns
   use sig_errors, only: error_t
+  use sig_friction_changes, only: friction_changes_t
+  use sig_friction_derivative, only: friction_derivative_t
   use sig_friction_steps, only: friction_memory_t, friction_steps_t
   use sig_free_motions, only: anchor_work, count_free_motions
   use sig_gradient, only: gradient_t
@@ -29,7 +31,13 @@ module sig_condensed_model
   !> reasons why differentiate_lcp finds no derivatives
   character(*), parameter :: not_unique = 'the contact forces have no derivative at this point: they ' // &
     'are not unique, or contacts that touch without a force leave no solution beside this point'
-  character(*), parameter :: with_friction = 'derivatives of contact with friction, or of tied contacts, are not available'
+  character(*), parameter :: with_friction = 'derivatives of contact with friction, or of tied contacts, need the history'
+  character(*), parameter :: not_followed = 'derivatives through a history with friction build on those of the times before, ' // &
+    'which are missing: they were not asked for at each time from the first one on, or one of these times has none'
+  character(*), parameter :: other_side = 'the derivatives at an earlier time of this history differ between both ' // &
+    'directions, and were asked for in the other one'
+  character(*), parameter :: at_border = 'the contact forces have no derivative at this point: a contact with friction ' // &
+    'touches without a force, or gets friction where it does not slip'
   character(*), parameter :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
     'this direction, the loads move a body that no contact force holds here'
 
@@ -86,6 +94,7 @@ module sig_condensed_model
     type(friction_memory_t) :: memory
     !> those of the point, where W depends on it
     type(friction_steps_t) :: steps
+    type(friction_changes_t) :: changes
   end type condensed_room_t
 
 contains
@@ -182,6 +191,7 @@ contains
     select type (room)
     type is (condensed_room_t)
       call room%memory%begin(self%steps)
+      call room%changes%begin()
     end select
   end subroutine forget
 
@@ -219,6 +229,11 @@ contains
     answer%reason = reason_no_material
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
+    if (steps%laws%remembers()) then
+      call room%changes%advance()
+    else
+      call room%changes%begin()
+    end if
     matrix => compliance%matrix(room%point)
     now => steps
     if (.not. compliance%is_fixed()) then
@@ -504,20 +519,76 @@ contains
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
   !> the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the contacts that graze
-  !> has no solution (differentiate_lcp). Arguments: no_derivative in sig_reduced.
-  subroutine differentiate(self, answer, gradient, message)
+  !> has no solution (differentiate_lcp). With friction it is, too, without the room, if the derivatives of the earlier times of the
+  !> history are not known, or if a contact is at a border of two states where there is no derivative (sig_friction_derivative).
+  !> Arguments: no_derivative in sig_reduced.
+  subroutine differentiate(self, answer, gradient, message, room)
     class(condensed_model_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
+    class(room_t), intent(inout), optional :: room
 
-    if (allocated(self%steps)) then
+    if (.not. allocated(self%steps)) then
+      call differentiate_problem(self%compliance, answer, gradient, message)
+    else if (.not. present(room)) then
       message = with_friction
-      return
+    else
+      select type (room)
+      type is (condensed_room_t)
+        call differentiate_step(self%compliance, self%steps, answer, room, gradient, message)
+      end select
     end if
-    call differentiate_problem(self%compliance, answer, gradient, message)
     if (.not. allocated(message)) call self%compliance%complete_gradient(answer, gradient)
   end subroutine differentiate
+
+  !> Computes the derivatives of the last step of the history in the room, and keeps them there for the next one.
+  subroutine differentiate_step(compliance, steps, answer, room, gradient, message)
+    class(compliance_t), intent(in) :: compliance
+    type(friction_steps_t), target, intent(in) :: steps
+    type(answer_t), intent(in) :: answer
+    type(condensed_room_t), target, intent(inout) :: room
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    type(friction_steps_t), pointer :: now
+    real(rk), allocatable :: changes(:, :), friction(:, :), origins(:, :)
+    type(friction_derivative_t) :: derivative
+    integer :: i
+
+    if (.not. room%changes%are_known) then
+      message = not_followed
+    else if (.not. room%changes%fits(gradient%direction)) then
+      message = other_side
+    end if
+    if (allocated(message)) return
+    associate (n => size(answer%unknowns), n_parameters => size(gradient%theta, 2), n_given => gradient%n_given)
+      allocate (changes(n, n_parameters), friction(steps%laws%n_contacts, n_parameters))
+      allocate (origins(steps%n_unknowns(), n_parameters), source=0.0_rk)
+      do i = 1, n_parameters
+        call compliance%change_openings(room%point, answer%theta, gradient%theta(:, i), answer%unknowns, changes(:, i))
+        friction(:, i) = steps%laws%friction_at(gradient%theta(:, i))
+      end do
+      ! the other values of a state are those of its time alone
+      if (allocated(room%changes%origins)) then
+        origins(:, :n_given) = room%changes%origins
+        gradient%is_one_sided(:n_given) = gradient%is_one_sided(:n_given) .or. room%changes%is_one_sided
+      end if
+      now => steps
+      if (.not. compliance%is_fixed()) now => room%steps
+      call now%differentiate(room%memory, gradient%sizes(compliance%opening_terms(answer%theta, room%point), changes), &
+        steps%laws%friction_at(answer%theta), gradient%direction * changes, gradient%direction * friction, &
+        gradient%direction * origins, derivative)
+      if (derivative%is_undecided) then
+        message = at_border
+      else if (derivative%is_singular) then
+        message = not_unique
+      end if
+      if (allocated(message)) return
+      call gradient%take_step(derivative, compliance%anchors)
+      call room%changes%keep(origins(:, :n_given) - gradient%direction * derivative%openings(:, :n_given), &
+        gradient%is_one_sided(:n_given), gradient%direction)
+    end associate
+  end subroutine differentiate_step
 
   subroutine differentiate_problem(compliance, answer, gradient, message)
     class(compliance_t), target, intent(in) :: compliance

@@ -3,6 +3,7 @@
 module sig_gradient
   use sig_answer, only: answer_t
   use sig_free_motions, only: anchor_work, free_motions
+  use sig_friction_derivative, only: friction_derivative_t
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: lcp_derivative_t
   use sig_lcp_rounding, only: small_forces
@@ -18,6 +19,8 @@ module sig_gradient
     type(answer_t) :: answer
     !> +1: derivatives towards larger values of each parameter; -1: towards smaller values. Both differ where is_one_sided is true.
     integer :: direction = 1
+    !> number of parameters that are the same at all times of a history; they come first
+    integer :: n_given = 0
     !> [unit of each parameter] length of each parameter's range (lengths_at of sig_online_model), shape (n_parameters)
     real(rk), allocatable :: lengths(:)
     !> whether the derivative towards larger values differs from the one towards smaller values, shape (n_parameters)
@@ -46,6 +49,7 @@ module sig_gradient
     procedure :: sizes
     procedure :: take
     procedure :: take_forces
+    procedure :: take_step
   end type gradient_t
 
 contains
@@ -91,6 +95,25 @@ contains
     self%multipliers = self%unknowns
     self%multipliers(anchors, :) = self%direction * derivative%openings(anchors, :) / scale
   end subroutine take_forces
+
+  !> Does the same for a step of friction, whose unknowns are forces and motions.
+  pure subroutine take_step(self, derivative, anchors)
+    class(gradient_t), intent(inout) :: self
+    !> result of differentiate_friction, as for take
+    type(friction_derivative_t), intent(in) :: derivative
+    !> rows that are anchors, 1-based; each has a motion
+    integer, intent(in) :: anchors(:)
+
+    self%n_grazing = derivative%n_grazing
+    self%is_one_sided = self%is_one_sided .or. derivative%is_one_sided
+    associate (n => size(derivative%forces, 1) - size(anchors), n_parameters => size(derivative%forces, 2))
+      self%multipliers = self%direction * derivative%forces(:n, :)
+      self%unknowns = self%multipliers
+      self%unknowns(anchors, :) = self%direction * derivative%forces(n + 1:, :)
+      if (allocated(self%loose)) deallocate (self%loose)
+      allocate (self%loose(size(anchors), size(anchors), n_parameters), source=0.0_rk)
+    end associate
+  end subroutine take_step
 
   !> Finds the motions that neither the forces at the point nor those that arise beside it hold, for each parameter. Requires:
   !> take_forces.

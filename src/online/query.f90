@@ -6,6 +6,7 @@ module sig_query
   use sig_gradient, only: gradient_t
   use sig_history, only: table_values_t
   use sig_kinds, only: rk
+  use sig_model, only: model_t
   use sig_online_model, only: online_model_t
   use sig_reasons, only: reason_bad_point, reason_bad_term, reason_converged, reason_driven, reason_large_bound, &
     reason_needs_history
@@ -262,6 +263,7 @@ contains
 
     call choose_answer(self, online, point, answer, gradient%answer)
     gradient%direction = direction
+    gradient%n_given = online%model%n_given()
     gradient%lengths = online%lengths_at(point)
     if (allocated(gradient%theta)) deallocate (gradient%theta)
     allocate (gradient%theta(size(answer%theta), size(point)))
@@ -272,19 +274,37 @@ contains
     else
       call differentiate_terms(self%terms, point, answer%theta, gradient%lengths, direction, gradient%theta, is_kink, failure)
     end if
-    if (failure%i_parameter > 0) then
-      call explain(online%model%terms, failure, message)
-      return
-    end if
     gradient%is_one_sided = is_kink
-    do i = 1, size(point)
-      if (online%model%idle_work%is_zero(gradient%theta(:, i))) cycle
-      message = 'there is no derivative: as ''' // online%model%parameter_names(i)%text // ''' passes this point, the loads ' // &
-        'drive a body in a motion that nothing holds'
-      return
-    end do
-    call online%model%parts(gradient%answer%part)%reduced%differentiate(gradient%answer, gradient, message)
+    i = failure%i_parameter
+    if (i > 0) then
+      call explain(online%model%terms, failure, message)
+    else
+      i = first_driving(online%model, gradient%theta)
+      if (i > 0) message = 'there is no derivative: as ''' // online%model%parameter_names(i)%text // &
+        ''' passes this point, the loads drive a body in a motion that nothing holds'
+    end if
+    if (i > 0) then
+      ! a history with friction goes on with derivatives over what is the same at all of its times
+      if (i <= gradient%n_given .or. .not. online%model%laws%remembers()) return
+      gradient%theta(:, gradient%n_given + 1:) = 0
+    end if
+    associate (part => gradient%answer%part)
+      call online%model%parts(part)%reduced%differentiate(gradient%answer, gradient, fault, self%rooms%of_part(part)%room)
+    end associate
+    if (.not. allocated(message) .and. allocated(fault)) call move_alloc(fault, message)
   end subroutine differentiate
+
+  !> Returns the first parameter with which loads change that drive a body in a motion that nothing holds; 0 = none.
+  pure integer function first_driving(model, theta) result(i)
+    type(model_t), intent(in) :: model
+    !> derivatives of the terms, shape (n_terms, n_parameters)
+    real(rk), intent(in) :: theta(:, :)
+
+    do i = 1, size(theta, 2)
+      if (.not. model%idle_work%is_zero(theta(:, i))) return
+    end do
+    i = 0
+  end function first_driving
 
   !> Says which term or source has no derivative, and over which parameter.
   pure subroutine explain(terms, failure, message)

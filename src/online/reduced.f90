@@ -349,14 +349,16 @@ contains
 
   !> Computes the derivatives of an answer with respect to each parameter. Errors: message is allocated when the answer has no
   !> derivative, as in this default.
-  subroutine no_derivative(self, answer, gradient, message)
+  subroutine no_derivative(self, answer, gradient, message, room)
     class(reduced_t), intent(in) :: self
     !> answer of this part
     type(answer_t), intent(in) :: answer
-    !> in: direction, is_one_sided and theta, the derivatives of the terms; out: multipliers, n_grazing and the data for
+    !> in: direction, is_one_sided, n_given and theta, the derivatives of the terms; out: multipliers, n_grazing and the data for
     !> displacement_changes; is_one_sided becomes true for more parameters where a contact that grazes makes it so
     type(gradient_t), intent(inout) :: gradient
     character(:), allocatable, intent(out) :: message
+    !> room of this part, in which `solve` found the answer last; a part that remembers has no derivatives without it
+    class(room_t), intent(inout), optional :: room
 
     message = 'an answer of the kind ' // self%kind() // ' has no derivatives, unless the model keeps the full-order operator ' // &
       '(reduction.max_full_order_size) and this has an answer at the point; the kinds condensed, interpolated and tied have them'

@@ -14,9 +14,13 @@ from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
 from signorom_post.library import BAD_ARGUMENT, NO_ANSWER, CAnswer, doubles, text_of
 
-#: makes the answer of a context at a state, with displacements of the given nodes (None: all); the last argument says
-#: whether the tables had other values than the model's
-AnswerMaker = Callable[[c_void_p, FloatArray, Sequence[int] | IntArray | None, CAnswer, bool], Answer]
+#: a time, and the values of all tables there; None: those of the model's tables
+Step = tuple[float, FloatArray | None]
+#: makes the answer of a context at a state, with displacements of the given nodes (None: all); the last argument has all
+#: steps of the history up to this state
+AnswerMaker = Callable[
+    [c_void_p, FloatArray, Sequence[int] | IntArray | None, CAnswer, tuple[Step, ...]], Answer
+]
 
 
 class NoHistoryError(Exception):
@@ -39,6 +43,7 @@ class History:
         self._library = handles.library
         self._n_parameters, self._tables = len(names), list(names[len(given) + 1 :])
         self._answer_of = answer_of
+        self._steps: tuple[Step, ...] = ()
         self._stack = ExitStack()
         self._context: c_void_p | None = self._stack.enter_context(handles.context())
         if self._library.signorom_start(self._context, doubles(given)):
@@ -53,7 +58,9 @@ class History:
 
         `tables`: values of all tables at this time by their names; without any, those of the deck's tables. nodes,
         NoAnswerError and ExtrapolationWarning are as for Model.query. Without values of tables, derivatives over the
-        deck's parameters and the time contain what the deck's tables change. TypeError if only some tables are given
+        deck's parameters and the time contain what the deck's tables change. With friction, those over the deck's
+        parameters contain what these change at all times before; the history is computed once more for them, and there
+        are none where an earlier time has none. TypeError if only some tables are given
         or one is unknown; ValueError if a value is not finite, the time is not later, or the history was closed.
         """
         if self._context is None:
@@ -68,9 +75,10 @@ class History:
         if code:
             failure = {BAD_ARGUMENT: ValueError, NO_ANSWER: NoAnswerError}[code]
             raise failure(text_of(self._library.signorom_message(self._context)))
+        self._steps = (*self._steps, (float(time), values))
         state = np.zeros(self._n_parameters)
         self._library.signorom_get_point(self._context, doubles(state))
-        return self._answer_of(self._context, state, nodes, told, bool(tables))
+        return self._answer_of(self._context, state, nodes, told, self._steps)
 
     def _values_of(self, tables: Mapping[str, float]) -> FloatArray:
         """Returns the values of all tables in the model's order."""

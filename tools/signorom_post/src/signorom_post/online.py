@@ -27,14 +27,14 @@ from signorom_post.answer import (
 from signorom_post.answers import Answers, with_time_axis
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
-from signorom_post.history import History, NoHistoryError
+from signorom_post.history import History, NoHistoryError, Step
 from signorom_post.library import METHODS, CAnswer, CSizes, doubles, ints, known, text_of
 from signorom_post.many import answers_at
 from signorom_post.model_fields import cells_of, fields_of
 from signorom_post.points import point_of, points_of, range_of, warn_inaccurate, warn_outside, warn_unheld
 
 #: asks a context for an answer; returns whether there is none
-Asker = Callable[[c_void_p], bool]
+Asker = Callable[[c_void_p, int], bool]
 #: entries of Model.displacement_sources
 DISPLACEMENT_NONE, DISPLACEMENT_BY_MODES, DISPLACEMENT_EXACT = 0, 1, 2
 
@@ -347,25 +347,40 @@ class Model:
         state: FloatArray,
         nodes: Sequence[int] | IntArray | None,
         told: CAnswer,
-        has_tables: bool,
+        steps: tuple[Step, ...],
     ) -> Answer:
-        """Returns the last answer of a context, which `told` describes, at a state of a history."""
+        """Returns the last answer of a context, which `told` describes, at a state of a history with these steps."""
         indices = None if nodes is None else self._indices_of(nodes)
         warn_outside(self.parameters, state[None], np.array([bool(told.is_inside_box)]), stack_level=4)
         multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
-        # tables of the model change with the parameters; other values stand for themselves
-        ask = partial(self._query, state) if has_tables else partial(self._jump, state)
+        ask = partial(self._replay, state, steps if self._remembers() else steps[-1:])
         return self._answer(context, state, indices, told, multipliers, ask)
 
-    def _query(self, point: FloatArray, context: c_void_p) -> bool:
+    def _query(self, point: FloatArray, context: c_void_p, _direction: int) -> bool:
         """Asks a context at a point; returns whether there is no answer."""
         return bool(self._library.signorom_query(context, doubles(point), None))
 
-    def _jump(self, state: FloatArray, context: c_void_p) -> bool:
-        """Asks a context at a state of a history with the model's tables; returns whether there is no answer."""
+    def _remembers(self) -> bool:
+        """Returns whether answers depend on earlier ones of the history: some forces are those of friction."""
+        contacts = self.force_contacts
+        return bool((contacts != np.arange(len(contacts))).any())
+
+    def _replay(self, state: FloatArray, steps: tuple[Step, ...], context: c_void_p, direction: int) -> bool:
+        """Asks a context at the steps of a history, with derivatives at those before the last one.
+
+        `state` is that of the last step. Returns whether there is no answer.
+        """
         library, given = self._library, np.ascontiguousarray(state[: self._n_given])
-        has_failed = library.signorom_start(context, doubles(given))
-        return bool(has_failed or library.signorom_advance(context, state[self._n_given], None, None))
+        if library.signorom_start(context, doubles(given)):
+            return True
+        for k, (time, tables) in enumerate(steps):
+            if k > 0:
+                # where this fails, the last call of the caller fails, too, if it has to
+                library.signorom_differentiate(context, direction, None, None)
+            # tables of the model change with the parameters; other values stand for themselves
+            if library.signorom_advance(context, time, None if tables is None else doubles(tables), None):
+                return True
+        return False
 
     def _answer(
         self,
@@ -425,7 +440,7 @@ class Model:
         is_one_sided = np.zeros(len(self.parameters), dtype=np.intc)
         with self._handles.model() as model, self._handles.context() as context:
             library, n_dimensions = self._library, self._sizes.n_dimensions
-            if ask(context) or library.signorom_differentiate(
+            if ask(context, direction) or library.signorom_differentiate(
                 context, direction, byref(n_grazing), ints(is_one_sided)
             ):
                 raise NoAnswerError(text_of(library.signorom_message(context)))
