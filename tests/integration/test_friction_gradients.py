@@ -98,6 +98,25 @@ def test_decks_of_users(signorom, post, tmp_path, deck, ends):
             check_given(model, given, steps, nodes)
 
 
+def test_elastic_constants(signorom, post, tmp_path):
+    """The modulus of the bolt is a parameter: W changes with it."""
+    deck = copy_deck(ROOT / "input" / "bolted_joint.yaml", tmp_path)
+    text = deck.read_text()
+    for old, new in {
+        "  mu: {min: 0.1,": "  young: {min: 100e3, max: 250e3}\n  mu: {min: 0.1,",
+        "young_modulus: 210.0e3": "young_modulus: young",
+        "{mu: 0.12, tightening: 0.01}, {mu: 0.25, tightening": "{mu: 0.12, young: 200e3, tightening",
+    }.items():
+        assert old in text
+        text = text.replace(old, new)
+    deck.write_text(text)
+    with post.Model(trained(signorom, deck)) as model:
+        given = {"young": 180e3, "mu": 0.17, "tightening": 0.012}
+        nodes = model.nodes[0][:: len(model.nodes[0]) // 5]
+        for end in (4, 9):
+            check_given(model, given, [(time,) for time in model.times[: end + 1]], nodes)
+
+
 def random_steps(random, n):
     """Times and values of the tables: pressed at first, then sheared to and fro."""
     return [(k + 1.0, random.uniform(2, 4), random.uniform(-0.8, 0.8) if k > 0 else 0.1) for k in range(n)]
