@@ -201,28 +201,25 @@ contains
     type(friction_workspace_t), intent(inout) :: workspace
     !> 1-norm of the matrix
     real(rk), intent(out) :: norm
-    real(rk) :: entry
     integer :: a, b, i, j
 
     norm = 0
-    associate (parts => workspace%parts, shares => workspace%shares, factors => workspace%factors)
+    associate (parts => workspace%parts, shares => workspace%shares, column => workspace%work(:size(matrix, 1)))
       do j = 1, n
-        factors(:n, j) = 0
-        do b = 1, workspace%n_parts(j)
-          do i = 1, n
-            entry = 0
-            do a = 1, workspace%n_equation(i)
-              entry = entry + shares(a, i) * matrix(parts(a, i), parts(b, j))
-            end do
-            factors(i, j) = factors(i, j) + shares(b, j) * entry
-          end do
+        column = shares(1, j) * matrix(:, parts(1, j))
+        do b = 2, workspace%n_parts(j)
+          column = column + shares(b, j) * matrix(:, parts(b, j))
         end do
-        factors(j, j) = factors(j, j) + workspace%extra(j)
+        do i = 1, n
+          workspace%factors(i, j) = shares(1, i) * column(parts(1, i))
+          if (workspace%n_equation(i) == 2) workspace%factors(i, j) = workspace%factors(i, j) + shares(2, i) * column(parts(2, i))
+        end do
+        workspace%factors(j, j) = workspace%factors(j, j) + workspace%extra(j)
         workspace%x(j) = 0
         do a = 1, workspace%n_equation(j)
           workspace%x(j) = workspace%x(j) - shares(a, j) * workspace%free(parts(a, j))
         end do
-        norm = max(norm, sum(abs(factors(:n, j))))
+        norm = max(norm, sum(abs(workspace%factors(:n, j))))
       end do
     end associate
   end subroutine assemble

@@ -154,8 +154,8 @@ contains
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
   end subroutine take_body
 
-  !> Solves one point that is no state of a history which remembers, and measures its residuals and reactions. The reason in `state`
-  !> says whether it has a solution. Requires: check_points accepted the point. Collective.
+  !> Solves one point that is no state of a history which remembers, and measures its residuals and reactions; with friction it
+  !> counts its solutions. The reason in `state` says whether it has a solution. Requires: check_points accepted the point. Collective.
   subroutine solve(self, problem, point, state, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem
@@ -171,7 +171,9 @@ contains
     start = wall_time()
     call self%terms%evaluate(point, theta, is_valid, i_source)
     PetscCall(update_stiffness(self, problem, point, ierr))
+    call count_solutions(self, .true.)
     PetscCall(self%solver%solve(self%system, theta, state, ierr))
+    call count_solutions(self, .false.)
     self%n_solved = self%n_solved + 1
     state%seconds = wall_time() - start
     PetscCall(measure_residuals(self%system, theta, state, ierr))
@@ -194,11 +196,24 @@ contains
       PetscCall(self%solve(problem, points(:, 1), states(1), ierr))
       return
     end if
+    call count_solutions(self, .true.)
     PetscCall(solve_together(self, problem, points, theta, states, ierr))
+    call count_solutions(self, .false.)
     do i = 1, size(states)
       PetscCall(measure_residuals(self%system, theta(:, i), states(i), ierr))
     end do
   end subroutine solve_history
+
+  !> Lets the solver count the solutions of steps with friction, or not.
+  pure subroutine count_solutions(self, is_wanted)
+    class(point_solver_t), intent(inout) :: self
+    logical, intent(in) :: is_wanted
+
+    select type (solver => self%solver)
+    type is (condensed_t)
+      solver%counts_solutions = is_wanted
+    end select
+  end subroutine count_solutions
 
   !> Solves several points that share a stiffness at once and measures their residuals, but no reactions. Each state has its own
   !> reason, and an equal share of the wall time of assembly and solver. Requires: check_points accepted the points; there are one

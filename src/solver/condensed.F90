@@ -60,6 +60,8 @@ module sig_condensed
     real(rk) :: scale = 1
     !> [-] H is kept if it takes at most this share of the memory of the machine on all ranks together
     real(rk) :: memory_share = 1.0_rk / 16
+    !> whether steps with friction are solved from other starts, too, to count their solutions: that takes two to three times as long
+    logical :: counts_solutions = .false.
     !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
     !> displacement for its scaled opening
     real(rk), allocatable, private :: contact_response(:, :)
@@ -403,8 +405,8 @@ contains
     call balance_anchors(self, theta, openings)
     do first = 1 + rank * system%n_times, size(states), n_ranks * system%n_times
       last = first + system%n_times - 1
-      call solve_history(self%steps, self%anchors, openings(:, first:last), theta(:, first:last), states(first:last), &
-        unknowns(:, first:last))
+      call solve_history(self%steps, self%anchors, openings(:, first:last), theta(:, first:last), self%counts_solutions, &
+        states(first:last), unknowns(:, first:last))
     end do
   end subroutine solve_histories
 

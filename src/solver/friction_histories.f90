@@ -14,13 +14,15 @@ contains
 
   !> Solves the states of one history in their order, from the state before anything has happened. A state that has no answer gets
   !> the reason why, and the later states get the same reason. Local.
-  subroutine solve_history(steps, anchors, openings, theta, states, unknowns)
+  subroutine solve_history(steps, anchors, openings, theta, counts_solutions, states, unknowns)
     type(friction_steps_t), intent(in) :: steps
     type(anchors_t), intent(in) :: anchors
     !> [length] q of each state, shape (n_rows, n_times)
     real(rk), contiguous, intent(in) :: openings(:, :)
     !> [-] values of the terms in each state, shape (n_terms, n_times)
     real(rk), intent(in) :: theta(:, :)
+    !> whether n_solutions of the states is looked for; else it stays 1
+    logical, intent(in) :: counts_solutions
     !> get all but displacement and residuals; shape (n_times)
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] multipliers, and in rows of anchors scaled openings (sig_condensed); shape (n_rows, n_times)
@@ -38,7 +40,7 @@ contains
         call take_answer(steps, anchors, friction, memory, states(i))
         is_lost = states(i)%reason /= reason_converged
         if (is_lost) cycle
-        states(i)%n_solutions = steps%count_answers(friction, memory)
+        if (counts_solutions) states(i)%n_solutions = steps%count_answers(friction, memory)
         call steps%fill_unknowns(memory, unknowns(:, i))
       end associate
     end do
