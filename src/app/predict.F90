@@ -123,6 +123,7 @@ contains
       call warn_of_verdict(online)
       call report_unanswered(answers, exit_code)
       call report_methods(command, answers)
+      if (command%output /= '') call say_notes(online)
       if (command%has_fields) call report_fields(command, online%model, fields)
     end if
     call list%close()
@@ -301,6 +302,18 @@ contains
       call log_info('stopped by a signal; no file was written; if --output is a device or a pipe, answers may be missing there')
     end if
   end subroutine say_stopped
+
+  !> Logs the parts' notes of bounds.
+  subroutine say_notes(online)
+    type(online_model_t), intent(in) :: online
+    integer :: i
+
+    do i = 1, size(online%model%parts)
+      associate (note => online%model%parts(i)%reduced%note_of_bounds())
+        if (note /= '') call log_info(note)
+      end associate
+    end do
+  end subroutine say_notes
 
   !> Warns if the model was validated and not accepted.
   subroutine warn_of_verdict(online)

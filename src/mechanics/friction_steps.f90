@@ -5,6 +5,7 @@
 !> Here anchors keep their forces as unknowns, and the motions of these bodies are further unknowns (sig_friction_types).
 module sig_friction_steps
   use sig_contact_laws, only: contact_laws_t
+  use sig_friction_contraction, only: unit_contraction
   use sig_friction_derivative, only: differentiate_friction, friction_derivative_t, friction_step_t
   use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
                                   friction_workspace_t, solve_friction
@@ -26,10 +27,14 @@ module sig_friction_steps
     real(rk), allocatable, private :: compliance(:, :)
     !> its inverse, or nothing where it has none, as in corners
     real(rk), allocatable, private :: inverse(:, :)
+    !> [-] unit_contraction; huge where it is not known
+    real(rk), private :: unit_contraction = huge(1.0_rk)
   contains
     procedure :: start
     procedure :: create
     procedure :: advance
+    procedure :: contraction
+    procedure :: bounded_friction
     procedure :: count_answers
     procedure :: differentiate
     procedure :: fill_unknowns
@@ -105,11 +110,39 @@ contains
     end do
     self%compliance(n + 1:, :n) = -transpose(self%compliance(:n, n + 1:))
     if (allocated(self%inverse)) deallocate (self%inverse)
+    self%unit_contraction = huge(self%unit_contraction)
     if (.not. keeps_inverse) return
     allocate (self%inverse(size(self%compliance, 1), size(self%compliance, 1)))
     call invert(self%compliance, self%inverse, is_singular)
     if (is_singular) deallocate (self%inverse)
+    if (allocated(self%inverse) .and. size(anchors) == 0) &
+      self%unit_contraction = unit_contraction(self%compliance, self%inverse, self%contacts)
   end subroutine create
+
+  !> Returns the contraction kappa (sig_friction_contraction) for given coefficients of friction; huge where it is not known:
+  !> without an inverse, or with bodies that only contact holds. It allocates nothing.
+  pure real(rk) function contraction(self, friction)
+    class(friction_steps_t), intent(in) :: self
+    !> [-] shape (n_contacts)
+    real(rk), intent(in) :: friction(:)
+    real(rk) :: largest
+    integer :: k
+
+    largest = 0
+    do k = 1, self%contacts%n_contacts
+      if (self%contacts%tangents(1, k) > 0 .and. .not. self%contacts%is_tied(k)) largest = max(largest, friction(k))
+    end do
+    contraction = huge(contraction)
+    if (self%unit_contraction < huge(contraction)) contraction = largest * self%unit_contraction
+  end function contraction
+
+  !> Returns the coefficient of friction below which kappa is below 1 [-]; 0 where kappa is not known.
+  pure real(rk) function bounded_friction(self)
+    class(friction_steps_t), intent(in) :: self
+
+    bounded_friction = 0
+    if (self%unit_contraction < huge(bounded_friction)) bounded_friction = 1 / self%unit_contraction
+  end function bounded_friction
 
   !> Begins a history: nothing has slipped, and tangential rows are at the place 0.
   pure subroutine begin(self, steps)

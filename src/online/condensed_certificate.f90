@@ -172,14 +172,17 @@ contains
       dot_product(answer%unknowns, opening - point%opening), point, answer)
   end subroutine certify_own
 
-  !> Sets the backward error of a step with friction or ties: the size, in the norm of W^-1, of a change of gaps and slips for which
-  !> the answer is exact. For small coefficients of friction the error of the forces is of this size; it is no bound of it, and says
-  !> nothing of the errors of earlier steps. Requires: is_valid.
-  subroutine certify_step(self, compliance, laws, memory, point, opening, answer)
+  !> Sets the bound of the error of a step with friction or ties, for the places from which its slips count: the size |rho|, in the
+  !> norm of W^-1, of a change of gaps and slips for which the answer is exact, over 1 - kappa (sig_friction_contraction). Where kappa
+  !> is not known or at least 1, it is |rho| itself, the backward error, which is no bound. Both say nothing of the errors of earlier
+  !> steps. Requires: is_valid.
+  subroutine certify_step(self, compliance, laws, contraction, memory, point, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> the one that create was called with
     class(compliance_t), intent(in) :: compliance
     type(contact_laws_t), intent(in) :: laws
+    !> [-] kappa
+    real(rk), intent(in) :: contraction
     !> after the step
     type(friction_memory_t), intent(in) :: memory
     !> with q of the solution, and [length] its w = W z + q, shape (n_multipliers)
@@ -204,6 +207,7 @@ contains
       if (.not. norm%is_valid) return
       bound = norm%dual_size(change(self%free_rows)) + compliance%own_error(answer%theta, answer%unknowns)
     end if
+    if (contraction < 1) bound = bound / (1 - contraction)
     call answer%take_bound(bound, size_of_answer)
     if (compliance%has_displacement()) call compliance%bound_displacement(bound, answer%unknowns, &
       dot_product(answer%unknowns, opening - point%opening), point, answer)

@@ -24,6 +24,7 @@ module sig_condensed_model
   use sig_linear_algebra, only: multiply
   use sig_reasons, only: reason_no_material, reason_outside, reason_pulled_off, reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private
   public :: condensed_model_t
@@ -74,6 +75,7 @@ module sig_condensed_model
     procedure :: correct_forces
     procedure :: can_certify
     procedure :: certify
+    procedure :: note_of_bounds
     procedure :: differentiate
     procedure :: displacement_changes
     procedure :: change_errors
@@ -508,7 +510,10 @@ contains
     select type (room)
     type is (condensed_room_t)
       if (allocated(self%steps)) then
-        call self%certificate%certify_step(self%compliance, self%steps%laws, room%memory, room%point, room%opening, answer)
+        associate (laws => self%steps%laws)
+          call self%certificate%certify_step(self%compliance, laws, self%steps%contraction(laws%friction_at(answer%theta)), &
+            room%memory, room%point, room%opening, answer)
+        end associate
       else if (is_own) then
         call self%certificate%certify_own(self%compliance, multipliers, room%point, room%opening, answer)
       else
@@ -516,6 +521,21 @@ contains
       end if
     end select
   end subroutine certify
+
+  !> Says up to which coefficients of friction there are bounds, and what stands in their place above. Requires: prepare.
+  pure function note_of_bounds(self) result(note)
+    class(condensed_model_t), intent(in) :: self
+    character(:), allocatable :: note
+
+    note = ''
+    if (.not. allocated(self%steps)) return
+    if (.not. self%steps%laws%remembers()) return
+    note = 'error_bound is a backward error of each step'
+    associate (friction => self%steps%bounded_friction())
+      if (friction > 0) note = note // ', and a bound of its error where all coefficients of friction are below ' // &
+        short_number(friction, fine_digits)
+    end associate
+  end function note_of_bounds
 
   !> Computes the derivatives of the unknowns and of the multipliers with respect to each parameter. Errors: message is allocated if
   !> the contact forces are not unique, the loads move a body that no contact force holds, or the problem of the contacts that graze

@@ -74,6 +74,7 @@ module sig_reduced
     procedure :: correct_forces => nothing_to_correct
     procedure :: can_certify => no
     procedure :: certify => no_certificate
+    procedure :: note_of_bounds => nothing_to_say
     procedure :: differentiate => no_derivative
     procedure :: displacement_changes => no_changes
     procedure :: change_errors => no_change_errors
@@ -321,6 +322,14 @@ contains
     !> room of this part
     class(room_t), intent(inout) :: room
   end subroutine nothing_to_forget
+
+  !> Returns what users should know of the bounds of errors, a sentence; this default: nothing.
+  pure function nothing_to_say(self) result(note)
+    class(reduced_t), intent(in) :: self
+    character(:), allocatable :: note
+
+    note = ''
+  end function nothing_to_say
 
   !> Improves contact forces that another part found, if this part can see that some are wrong. This default does nothing.
   subroutine nothing_to_correct(self, theta, room, multipliers)

@@ -726,6 +726,13 @@ PLANTED = [
         "unit.dense.test_friction_problem",
     ),
     Planted(
+        SRC + "dense/friction_contraction.f90",
+        "kappa = sqrt(product(largest))",
+        "kappa = sqrt(maxval(largest))",
+        "the contraction of friction is too small",
+        "unit.mechanics.test_friction_bound",
+    ),
+    Planted(
         SRC + "reduction/condensed/response_errors.f90",
         "if (begins_history(problem, snapshots%parameters, i)) call model%forget(room)",
         "if (i == 1) call model%forget(room)",
