@@ -117,9 +117,15 @@ contains
     character(:), allocatable :: warning
 
     if (outcome%n_failed > 0) then
-      call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point fails; ' // &
-        'the same command tries these again, so change the deck first: loads or ranges, where loads pull a body off its ' // &
-        'contacts; otherwise the section solver, for example max_iterations or type')
+      if (session%full_order%problem%laws%remembers()) then
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge (where a state of a history fails, its ' // &
+          'later ones do, too), and solve --at says why; the same command tries these again, so change the deck first: loads, ' // &
+          'ranges or coefficients of friction, where a body slides or is pulled off its contacts')
+      else
+        call log_warning(to_text(outcome%n_failed) // ' of the points did not converge, and solve --at says why a point ' // &
+          'fails; the same command tries these again, so change the deck first: loads or ranges, where loads pull a body ' // &
+          'off its contacts; otherwise the section solver, for example max_iterations or type')
+      end if
       session%exit_code = exit_not_converged
     end if
     warning = motion_warning(outcome%rotation, outcome%deformation)

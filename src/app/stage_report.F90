@@ -16,12 +16,13 @@ module sig_stage_report
   use sig_kinds, only: rk
   use sig_leaning_contacts, only: lean_warnings
   use sig_log, only: log_warning
+  use sig_motion_words, only: unheld_motions
   use sig_parameter_space, only: format_point
   use sig_petsc_support, only: library_versions, rank_and_size
   use sig_problem, only: problem_t
   use sig_problem_texts, only: inert_pair_names
   use sig_reactions, only: boundary_reactions, reaction_t
-  use sig_reasons, only: reason_converged, reason_text
+  use sig_reasons, only: reason_converged, reason_text, reason_unsolved_friction
   use sig_reporting, only: report_deck, report_reactions, report_sizes, report_states
   use sig_resultants_of_contact, only: report_resultants
   use sig_row_condition, only: condition_of_rows
@@ -128,8 +129,8 @@ contains
     end do
   end subroutine report_fields
 
-  !> Warns that a state has no solution, and tells which bodies move; later states of a history that remembers are not named,
-  !> because they have none for this reason.
+  !> Warns that a state has no solution, and tells which bodies move, or where friction was not solved, which ones may; later states
+  !> of a history that remembers are not named, because they have none for this reason.
   subroutine warn_of_state(problem, points, states, i)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -141,6 +142,7 @@ contains
     type(string_t), allocatable :: bodies(:)
     integer :: n_later
 
+    if (is_later_failure(problem, states, i)) return
     text = 'not converged at ' // format_point(problem%deck%state_parameters, points(:, i)) // ': ' // &
       reason_text(states(i)%reason)
     if (allocated(states(i)%drift)) then
@@ -150,17 +152,61 @@ contains
         text = text // '; it moves: ' // join(bodies, ', ')
       end if
     end if
+    if (states(i)%reason == reason_unsolved_friction) text = text // loose_text(problem, states, i)
     if (problem%laws%remembers() .and. problem%deck%history%states%is_there()) then
       associate (n_times => problem%deck%history%states%n_times())
-        if (modulo(i - 1, n_times) > 0) then
-          if (states(i - 1)%reason /= reason_converged) return
-        end if
         n_later = n_times - 1 - modulo(i - 1, n_times)
         if (n_later > 0) text = text // '; nor has this history a solution at its ' // counted(n_later, 'later time')
       end associate
     end if
     call log_warning(text)
   end subroutine warn_of_state
+
+  !> Whether a state has no solution because an earlier one of its history has none.
+  pure logical function is_later_failure(problem, states, i)
+    type(problem_t), intent(in) :: problem
+    type(contact_state_t), intent(in) :: states(:)
+    !> number of the state, 1-based
+    integer, intent(in) :: i
+
+    is_later_failure = problem%laws%remembers() .and. problem%deck%history%states%is_there()
+    if (is_later_failure) is_later_failure = modulo(i - 1, problem%deck%history%states%n_times()) > 0
+    if (is_later_failure) is_later_failure = states(i - 1)%reason /= reason_converged
+  end function is_later_failure
+
+  !> Returns which bodies may move although nothing was found out of them: those that no contact force holds at the time before,
+  !> else those that only contact holds. Empty where there are none.
+  function loose_text(problem, states, i) result(text)
+    type(problem_t), intent(in) :: problem
+    type(contact_state_t), intent(in) :: states(:)
+    !> number of the state, 1-based
+    integer, intent(in) :: i
+    character(:), allocatable :: text
+    real(rk), allocatable :: loose(:, :)
+    type(string_t), allocatable :: bodies(:)
+    logical :: is_first
+    integer :: k
+
+    text = ''
+    if (problem%motions%n_free == 0) return
+    is_first = .true.
+    if (problem%deck%history%states%is_there()) is_first = modulo(i - 1, problem%deck%history%states%n_times()) == 0
+    allocate (loose(problem%motions%n_free, 0))
+    if (.not. is_first) loose = unheld_motions(problem%motions, abs(states(i - 1)%multipliers) > 0)
+    if (size(loose, 2) > 0) then
+      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
+      text = '; at the time before, no contact force holds '
+    else
+      ! each motion alone
+      loose = reshape([real(rk) ::], [problem%motions%n_free, problem%motions%n_free], pad=[0.0_rk])
+      do k = 1, problem%motions%n_free
+        loose(k, k) = 1
+      end do
+      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
+      text = '; only contact holds '
+    end if
+    text = text // join(bodies, ', ') // ', and where no force presses, nothing may hold against the loads'
+  end function loose_text
 
   !> Warns once in the log and in the report if motion_warning has a text for the solved points.
   subroutine warn_of_deformations(problem, solved, report)

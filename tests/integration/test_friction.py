@@ -168,6 +168,22 @@ def test_sliding(signorom, tmp_path, share, slides):
         assert [text == "converged" for text in status] == [True] * 3 + [False] * 5
 
 
+def test_lost_histories(signorom, tmp_path):
+    """A history without an answer is one line of the training, with the time from which it is lost."""
+    changes = {'"0.25 * P", "-0.25 * P", 0]': '"0.301 * P", 0, 0]'}
+    done = signorom.run("run", write_deck(tmp_path, **changes), folder=tmp_path)
+    assert done.returncode == 3
+    lines = [line for line in done.stderr.splitlines() if "training without" in line]
+    assert [line.split(":")[1] for line in lines] == [
+        f" training without P = {p} Pa, mu = 0.3 from time = 2.0 h on (5 of 8 states)" for p in (1.0, 9.0)
+    ]
+    assert all("a body slides, because friction cannot hold it" in line for line in lines)
+    assert (
+        "10 of the points did not converge (where a state of a history fails, its later ones do, too)"
+        in done.stderr
+    )
+
+
 def test_full_slip(signorom, tmp_path):
     """Drawn far by its top, a block slips everywhere: friction is mu times pressure, and turns with the motion."""
     changes = {

@@ -14,9 +14,9 @@ module sig_training
   use sig_model_header, only: fill_model_header
   use sig_parameter_space, only: format_point
   use sig_problem, only: problem_t
-  use sig_reasons, only: reason_converged
+  use sig_reasons, only: reason_converged, reason_text
   use sig_snapshot_store, only: snapshot_set_t
-  use sig_text, only: string_t, to_text
+  use sig_text, only: counted, string_t, to_text
   use sig_training_set, only: take_snapshots, training_set_t
   use petsc
   implicit none(type, external)
@@ -77,23 +77,50 @@ contains
     end if
   end subroutine take_solved
 
-  !> Warns of each training point without a full-order solution, and of contacts that are open at all others
-  !> (open_contact_warnings). Without any solution there are no warnings, because training then ends with an error. Local.
+  !> Warns of each training point without a full-order solution, where states remember once for each history, and of contacts that
+  !> are open at all others (open_contact_warnings). Without any solution there are no warnings, because training then ends with an
+  !> error. Local.
   subroutine warn_of_snapshots(problem, snapshots)
     type(problem_t), intent(in) :: problem
     type(snapshot_set_t), intent(in) :: snapshots
     type(string_t), allocatable :: warnings(:)
-    integer :: i
+    integer :: i, n_times
 
+    n_times = 1
+    if (problem%laws%remembers()) n_times = max(1, problem%deck%history%states%n_times())
     associate (is_solved => snapshots%reasons == reason_converged)
       if (.not. any(is_solved)) return
       do i = 1, size(is_solved)
-        if (.not. is_solved(i)) call log_warning('training without ' // format_point(problem%deck%state_parameters, &
-          snapshots%parameters(:, i)) // ', which the full-order model did not solve')
+        if (is_solved(i)) cycle
+        if (n_times == 1) then
+          call log_warning('training without ' // format_point(problem%deck%state_parameters, snapshots%parameters(:, i)) // &
+            ', which the full-order model did not solve')
+        else
+          if (i > 1) then
+            if (.not. (is_solved(i - 1) .or. modulo(i - 1, n_times) == 0)) cycle
+          end if
+          call log_warning(lost_history(problem, snapshots, i, n_times))
+        end if
       end do
       warnings = open_contact_warnings(problem%deck, problem%rows, &
         snapshots%multipliers(:, pack([(i, i=1, size(is_solved))], is_solved)))
       call log_warnings(warnings)
     end associate
   end subroutine warn_of_snapshots
+
+  !> Returns a sentence about a history that remembers and has no solutions from one of its states on.
+  function lost_history(problem, snapshots, i_state, n_times) result(text)
+    type(problem_t), intent(in) :: problem
+    type(snapshot_set_t), intent(in) :: snapshots
+    !> the first state without a solution, 1-based
+    integer, intent(in) :: i_state
+    integer, intent(in) :: n_times
+    character(:), allocatable :: text
+
+    associate (n => size(problem%deck%parameters), all => problem%deck%state_parameters, point => snapshots%parameters(:, i_state))
+      text = 'training without ' // format_point(all(:n), point(:n)) // ' from ' // format_point(all(n + 1:n + 1), &
+        point(n + 1:n + 1)) // ' on (' // to_text(n_times - modulo(i_state - 1, n_times)) // ' of ' // &
+        counted(n_times, 'state') // '): ' // reason_text(snapshots%reasons(i_state))
+    end associate
+  end function lost_history
 end module sig_training
