@@ -29,7 +29,7 @@ module sig_stage_report
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
   use sig_text, only: append_text, counted, join, string_t
-  use sig_unheld_bodies, only: moving_bodies, unheld_warning
+  use sig_unheld_bodies, only: moving_bodies, unheld_warning, unheld_without_friction
   use sig_version, only: build_type
   use sig_work_balance, only: report_work
   use petsc
@@ -174,8 +174,8 @@ contains
     if (is_later_failure) is_later_failure = states(i - 1)%reason /= reason_converged
   end function is_later_failure
 
-  !> Returns which bodies may move although nothing was found out of them: those that no contact force holds at the time before,
-  !> else those that only contact holds. Empty where there are none.
+  !> Returns which bodies may move although nothing was found out of them: those that only friction could hold whose coefficient is
+  !> 0, else those that no contact force holds at the time before, else those that only contact holds. Empty where there are none.
   function loose_text(problem, states, i) result(text)
     type(problem_t), intent(in) :: problem
     type(contact_state_t), intent(in) :: states(:)
@@ -183,29 +183,42 @@ contains
     integer, intent(in) :: i
     character(:), allocatable :: text
     real(rk), allocatable :: loose(:, :)
-    type(string_t), allocatable :: bodies(:)
     logical :: is_first
     integer :: k
 
     text = ''
     if (problem%motions%n_free == 0) return
+    loose = unheld_without_friction(problem%motions, problem%laws, states(i)%friction)
+    if (size(loose, 2) > 0) then
+      text = '; the coefficient of friction is 0, and nothing else holds ' // names_of(loose) // ': hold it by a support'
+      return
+    end if
     is_first = .true.
     if (problem%deck%history%states%is_there()) is_first = modulo(i - 1, problem%deck%history%states%n_times()) == 0
-    allocate (loose(problem%motions%n_free, 0))
     if (.not. is_first) loose = unheld_motions(problem%motions, abs(states(i - 1)%multipliers) > 0)
     if (size(loose, 2) > 0) then
-      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
-      text = '; at the time before, no contact force holds '
+      text = '; at the time before, no contact force holds ' // names_of(loose)
     else
       ! each motion alone
       loose = reshape([real(rk) ::], [problem%motions%n_free, problem%motions%n_free], pad=[0.0_rk])
       do k = 1, problem%motions%n_free
         loose(k, k) = 1
       end do
-      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
-      text = '; only contact holds '
+      text = '; only contact holds ' // names_of(loose)
     end if
-    text = text // join(bodies, ', ') // ', and where no force presses, nothing may hold against the loads'
+    text = text // ', and where no force presses, nothing may hold against the loads'
+
+  contains
+
+    !> Returns `'upper' (translation in x), 'bolt' (rotation about y)`.
+    function names_of(combinations) result(names)
+      real(rk), intent(in) :: combinations(:, :)
+      character(:), allocatable :: names
+      type(string_t), allocatable :: bodies(:)
+
+      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, combinations)
+      names = join(bodies, ', ')
+    end function names_of
   end function loose_text
 
   !> Warns once in the log and in the report if motion_warning has a text for the solved points.

@@ -2,7 +2,7 @@
 !> Reads the section `contact` of a deck: surfaces that may touch each other or a rigid obstacle.
 module sig_deck_read_contact
   use sig_deck_config, only: averaged_tolerance, contact_config_t, obstacle_config_t, value_config_t
-  use sig_deck_tree, only: deck_tree_t, root_node
+  use sig_deck_tree, only: deck_tree_t, kind_scalar, root_node
   use sig_deck_values, only: get_choice, get_list, get_list_entries, get_mapping, get_name, get_number, is_mapping, &
     number_of, value_of
   use sig_kinds, only: rk
@@ -13,6 +13,7 @@ module sig_deck_read_contact
   character(*), parameter :: obstacle_types(2) = [character(10) :: 'half_space', 'sphere']
   character(*), parameter :: formulations(3) = [character(12) :: 'auto', 'node_to_node', 'mortar']
   character(*), parameter :: ties(3) = [character(6) :: 'false', 'true', 'normal']
+  character(*), parameter :: switches(6) = [character(5) :: 'true', 'false', 'yes', 'no', 'on', 'off']
   character(*), parameter :: of_parameters = 'a number or an expression of the parameters'
 
 contains
@@ -66,11 +67,30 @@ contains
 
     i_friction = tree%find(i_entry, 'friction')
     contact%has_friction = i_friction > 0
-    if (contact%has_friction) call read_value(tree, i_friction, contact%friction)
+    if (contact%has_friction) call read_friction(tree, i_friction, contact%friction)
     tied = trim(contact%tied)
     call get_choice(tree, i_entry, 'tied', .false., ties, tied)
     contact%tied = tied
   end subroutine read_law
+
+  !> Reads a coefficient of friction. Errors: those of value_of; a word that switches something on or off.
+  subroutine read_friction(tree, i_node, friction)
+    type(deck_tree_t), intent(inout) :: tree
+    integer, intent(in) :: i_node
+    type(value_config_t), intent(inout) :: friction
+    logical :: is_switch
+
+    is_switch = tree%nodes(i_node)%kind == kind_scalar
+    if (is_switch) is_switch = any(tree%nodes(i_node)%text == switches)
+    if (is_switch) then
+      call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be the coefficient of friction, a number of at ' // &
+        'least 0 or an expression of the parameters and the time', 'write friction: 0.3, or leave the key out where there is ' // &
+        'no friction')
+      friction = value_config_t(text='0', constant=0.0_rk, line=tree%nodes(i_node)%line, column=tree%nodes(i_node)%column)
+      return
+    end if
+    call read_value(tree, i_node, friction)
+  end subroutine read_friction
 
   subroutine read_direction(tree, i_entry, is_required, contact)
     type(deck_tree_t), intent(inout) :: tree

@@ -118,12 +118,14 @@ contains
     type(history_config_t), intent(inout) :: history
     integer, allocatable :: nodes(:)
     integer :: i, i_tables, k
+    logical, allocatable :: has_own_name(:)
 
     i_tables = get_mapping(tree, i_section, 'tables', .false.)
     if (i_tables == 0) return
     nodes = tree%children(i_tables)
     deallocate (history%states%tables, history%files)
     allocate (history%states%tables(size(nodes)), history%files(size(nodes)))
+    allocate (has_own_name(size(nodes)), source=.true.)
     do i = 1, size(nodes)
       associate (table => history%states%tables(i))
         table%name = tree%nodes(nodes(i))%key
@@ -131,14 +133,25 @@ contains
         allocate (table%times(1), table%values(1))
         table%times(1)%text = '0'
         table%values(1)%text = '0'
-        if (table%name == time_name .or. any([(parameters(k)%name == table%name, k=1, size(parameters))])) &
-          call tree%report_key(nodes(i), tree%key_path(nodes(i)) // ' has the name of ' // &
+        has_own_name(i) = table%name /= time_name .and. .not. any([(parameters(k)%name == table%name, k=1, size(parameters))])
+        if (.not. has_own_name(i)) call tree%report_key(nodes(i), tree%key_path(nodes(i)) // ' has the name of ' // &
           trim(merge('the time   ', 'a parameter', table%name == time_name)) // '; choose another name')
         if (.not. is_mapping(tree, nodes(i))) cycle
         call read_table(tree, nodes(i), history%files(i)%text, table)
         call tree%close_mapping(nodes(i))
       end associate
     end do
+    ! later checks take the name for the parameter, or the time
+    k = 0
+    do i = 1, size(nodes)
+      if (.not. has_own_name(i)) cycle
+      k = k + 1
+      if (k == i) cycle
+      history%states%tables(k) = history%states%tables(i)
+      history%files(k) = history%files(i)
+    end do
+    history%states%tables = history%states%tables(:k)
+    history%files = history%files(:k)
   end subroutine read_tables
 
   !> Reads the nodes of a table from the lists time and value, or from a CSV file with these columns.

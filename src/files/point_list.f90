@@ -110,7 +110,7 @@ contains
 
     what = 'the file holds no point'
     if (self%i_line == 0) what = 'the file is empty'
-    call make_error(error, what // '; a first line with the names of the parameters (' // join(self%names, ', ') // &
+    call make_error(error, what // '; a first line with the names of the columns (' // join(self%names, ', ') // &
       ') and a line per point are needed', file=self%path)
   end subroutine report_nothing
 
@@ -268,8 +268,8 @@ contains
         if (names(i_name)%text == fields(i_field)%text) exit
       end do
       if (i_name > size(names)) then
-        call make_error(error, 'unknown column ''' // fields(i_field)%text // '''; the parameters are ' // join(names, ', '), &
-          path, i_line, starts(i_field), suggestion(fields(i_field)%text, names))
+        call make_error(error, 'unknown column ''' // fields(i_field)%text // '''' // separator_text(fields(i_field)%text) // &
+          '; the columns must be ' // join(names, ', '), path, i_line, starts(i_field), suggestion(fields(i_field)%text, names))
       else if (any(columns == i_name)) then
         call make_error(error, 'the column ''' // names(i_name)%text // ''' occurs twice', path, i_line, starts(i_field))
       end if
@@ -278,7 +278,7 @@ contains
     end do
     do i_name = 1, size(names)
       if (any(columns == i_name)) cycle
-      call make_error(error, 'there is no column for the parameter ''' // names(i_name)%text // '''', path, i_line, 1)
+      call make_error(error, 'there is no column for ''' // names(i_name)%text // '''', path, i_line, 1)
       return
     end do
   end subroutine read_header
@@ -294,6 +294,16 @@ contains
     hint = did_you_mean(word, names)
     if (len(hint) > 0) hint = 'did you mean ''' // hint // '''?'
   end function suggestion
+
+  !> Returns what is wrong with a name in which semicolons or tabs stand; empty for other names.
+  pure function separator_text(name) result(text)
+    character(*), intent(in) :: name
+    character(:), allocatable :: text
+
+    text = ''
+    if (index(name, achar(9)) > 0) text = ': tabs do not separate columns'
+    if (index(name, ';') > 0) text = ': semicolons do not separate columns'
+  end function separator_text
 
   !> Returns a hint for a line, or a part of it, with semicolons or tabs; empty for other texts.
   pure function separator_hint(line) result(hint)

@@ -11,7 +11,8 @@ module sig_friction_warnings
   use sig_problem, only: problem_t
   use sig_rounding, only: rounding
   use sig_term_values, only: evaluate_points, term_values_t
-  use sig_text, only: append_text, fine_digits, short_number, string_t, to_text
+  use sig_text, only: append_text, fine_digits, join, short_number, string_t, to_text
+  use sig_unheld_bodies, only: moving_bodies, unheld_without_friction
   implicit none(type, external)
   private
   public :: friction_warnings
@@ -32,6 +33,7 @@ contains
     allocate (warnings(0))
     if (.not. problem%laws%remembers() .or. size(points, 2) == 0) return
     call add_large_coefficients(problem, points, warnings)
+    call add_missing_friction(problem, points, warnings)
     if (.not. problem%deck%history%states%is_there()) return
     call add_sudden_loads(problem, points, warnings)
     call add_turns_in_steps(problem, points, warnings)
@@ -98,6 +100,36 @@ contains
     end do
     call terms%destroy()
   end subroutine raise_coefficients
+
+  !> Where the coefficient of friction is 0, it holds nothing.
+  subroutine add_missing_friction(problem, points, warnings)
+    type(problem_t), intent(in) :: problem
+    real(rk), intent(in) :: points(:, :)
+    type(string_t), allocatable, intent(inout) :: warnings(:)
+    type(string_t), allocatable :: bodies(:)
+    real(rk), allocatable :: theta(:, :), loose(:, :)
+    logical :: is_slippery(problem%laws%n_contacts), was_slippery(problem%laws%n_contacts)
+    integer :: i, i_bad_point, i_bad_source
+
+    if (problem%motions%n_free == 0) return
+    call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
+    was_slippery = .false.
+    do i = 1, size(points, 2)
+      associate (friction => problem%laws%friction_at(theta(:, i)))
+        is_slippery = problem%laws%have_friction() .and. .not. friction > 0
+        if (all(is_slippery .eqv. was_slippery)) cycle
+        was_slippery = is_slippery
+        loose = unheld_without_friction(problem%motions, problem%laws, friction)
+      end associate
+      if (size(loose, 2) == 0) cycle
+      bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
+      call append_text(warnings, 'the coefficient of friction is 0 at ' // &
+        format_point(problem%deck%state_parameters, points(:, i)) // ', and nothing else holds ' // join(bodies, ', ') // &
+        ': with a load along such a motion there is no equilibrium, and without one there may be no answer either; hold it ' // &
+        'by a support, or by friction from the beginning')
+      exit
+    end do
+  end subroutine add_missing_friction
 
   !> Loads that do not begin at 0 act at once in the first step, wherever its time is: how contacts slip in it depends on nothing
   !> but the size of this step. The same holds for overlaps that the deck gives. Where no contact has friction in the first state,

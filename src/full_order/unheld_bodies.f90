@@ -3,6 +3,7 @@
 !> unique.
 module sig_unheld_bodies
   use sig_body_checks, only: body_name
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_state, only: contact_state_t
   use sig_deck_config, only: deck_config_t
   use sig_kinds, only: rk
@@ -15,7 +16,7 @@ module sig_unheld_bodies
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
-  public :: unheld_warning, moving_bodies
+  public :: unheld_warning, unheld_without_friction, moving_bodies
 
 contains
 
@@ -68,6 +69,24 @@ contains
       text = 'the bodies ' // join(names, ', ') // ': their displacements and their gaps are'
     end if
   end function bodies_text
+
+  !> Returns the combinations of the free motions that only the friction of contacts could hold whose coefficient is 0: one per
+  !> column, shape (n_free, n).
+  function unheld_without_friction(motions, laws, friction) result(combinations)
+    type(rigid_motions_t), intent(in) :: motions
+    type(contact_laws_t), intent(in) :: laws
+    !> [-] coefficient of each contact, shape (n_contacts)
+    real(rk), intent(in) :: friction(:)
+    real(rk), allocatable :: combinations(:, :)
+    logical :: is_holding(laws%n_forces())
+    integer :: k
+
+    is_holding = .true.
+    do k = 1, laws%n_contacts
+      if (.not. laws%is_tied(k) .and. .not. friction(k) > 0) is_holding(laws%tangents(:laws%n_tangents(k), k)) = .false.
+    end do
+    combinations = unheld_motions(motions, is_holding)
+  end function unheld_without_friction
 
   !> Returns `'spring' (translation in z)` for each body that takes part in combinations of the free motions.
   function moving_bodies(deck, mesh, motions, combinations) result(names)

@@ -312,7 +312,26 @@ def test_warnings_between_the_points(signorom, tmp_path):
     assert "overlaps of contact[1] are not 0 at the time 0 (P = 4.0 Pa, mu = 0.8)" in said
     inside["contact"][0]["friction"] = "time > 1 ? mu / 2 : 0"
     deck.write_text(yaml.safe_dump(inside, sort_keys=False))
-    assert "warning" not in signorom.run("check", deck, folder=tmp_path).stderr
+    assert "not 0 at the time 0" not in signorom.run("check", deck, folder=tmp_path).stderr
+
+
+def test_friction_that_is_missing(signorom, tmp_path):
+    """Without friction nothing holds the upper block along x, and `check` says so."""
+    changes = {
+        "friction: mu": "friction: 0",
+        "traction: {x: shear}}": "pressure: shear}",
+        ", mu: {min: 0.3, max: 1}": "",
+        "grid: {P: 2, mu: 2}": "grid: {P: 2}",
+        "[{P: 4, mu: 0.8}, {P: 4, mu: 0.3}]": "[{P: 4}]",
+    }
+    deck = write_deck(tmp_path, **changes)
+    said = signorom.run("check", deck, folder=tmp_path).stderr
+    assert "the coefficient of friction is 0 at P = 1.0 Pa, time = 0.5 h" in said
+    assert "and nothing else holds 'upper' (translation in x): with a load" in said
+    # the block is held: nothing to say
+    support = "boundary_conditions: [{boundary: left, displacement: {x: 0}}, "
+    deck.write_text(deck.read_text().replace("boundary_conditions: [", support))
+    assert "coefficient of friction" not in signorom.run("check", deck, folder=tmp_path).stderr
 
 
 def test_units(signorom, tmp_path, results):
