@@ -14,6 +14,7 @@ from PIL import Image
 from signorom_post.cli import main
 from signorom_post.errors import InputError
 from signorom_post.figures import FigureOptions, history_of, write_figures
+from signorom_post.plots.animation import size_of
 from signorom_post.plots.stick_slip import stick_slip
 from signorom_post.readers.fields import read_fields
 from signorom_post.readers.histories import read_curves
@@ -74,6 +75,12 @@ def test_columns_of_the_loop(history: tuple[Path, HalfDisks]) -> None:
             read_curves(path, name, None)
     path.write_text(TABLE.replace(",3,-40", ",3,40").replace("-3,-90", "1,-90"))
     assert read_curves(path, None, None)[1][1] == "contact_1_force_y"
+    # what happens before x changes does not count, nor another contact in which friction works less; nothing turns
+    path.write_text(
+        "time,slide,status,contact_1_force_x,contact_1_dissipation,contact_2_force_x,contact_2_force_y,"
+        "contact_2_dissipation\n1,0,a,0,0,0,-90,0\n2,0,a,9,0,0,-900,0\n3,1,a,99,1,30,-890,2\n"
+    )
+    assert read_curves(path, None, None)[1][1] == "contact_2_force_x"
     path.write_text("time,status,n_active\n1,a,2\n")
     with pytest.raises(InputError, match="there is no contact whose friction could be shown; give --y"):
         read_curves(path, None, None)
@@ -149,6 +156,15 @@ def test_animation(
     assert main(["animation", str(folder)]) == 0
     with Image.open(folder / "figures" / "animation.gif") as gif:
         assert gif.n_frames == 6
+
+
+def test_pictures_have_the_shape_of_the_bodies() -> None:
+    """With a margin of 3 % of the larger size on each side; a tall body is as wide as its title needs."""
+    assert size_of(np.array([[0.0, 0.0, 0.0], [4.0, 1.0, 0.0]]), None) == (5.0, round(5 * 1.24 / 4.24, 1))
+    assert size_of(np.array([[0.0, 0.0, 0.0], [1.0, 4.0, 0.0]]), None) == (2.6, 4.2)
+    # seen along z, with room for the arrows and the bar of the scale below
+    width, height = size_of(np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 9.0]]), np.eye(3))
+    assert height / width == pytest.approx(1.35 / 1.1, rel=0.02)
 
 
 @pytest.mark.parametrize(

@@ -251,26 +251,43 @@ def test_a_label_has_no_unit_1_and_is_found_with_it(folder: Path) -> None:
 
 
 def test_histories(tmp_path: Path) -> None:
-    """Two points with two and three times; the size of a resultant is that of its components."""
+    """Two points with two and three times; a contact with friction and one without."""
     path = tmp_path / "history.csv"
+    contacts = [
+        f"contact_{k}_area,contact_{k}_force_x,contact_{k}_force_y"
+        + (",contact_2_slip_share,contact_2_dissipation" if k == 2 else "")
+        for k in (1, 2)
+    ]
     path.write_text(
-        "P,time,load,status,n_active,contact_force,contact_1_area,contact_1_force_x,contact_1_force_y,lambda_3\n"
-        '2,0.5,1,"converged",1,5,0.1,3,4,5\n2,1,2,"converged",1,10,0.2,6,-8,10\n'
-        '7,0.5,3,"converged",0,0,0,0,0,0\n7,1,4,"not converged",nan,nan,nan,nan,nan,nan\n7,3,5,"converged",1,1,1,0,1,1\n'
+        f"P,time,load,pull,status,n_active,contact_force,{','.join(contacts)},lambda_3\n"
+        '2,0.5,1,9,"converged",1,5,0.1,3,4,7,8,9,0.5,3,5\n2,1,2,9,"converged",1,10,0.2,6,-8,7,8,9,1,4,10\n'
+        '7,0.5,3,9,"converged",0,0,0,0,0,0,0,0,0,0,0\n'
+        f'7,1,4,9,"not converged"{",nan" * 11}\n'
+        '7,3,5,9,"converged",1,1,1,0,1,1,1,1,1,1,1\n'
     )
     first, second = read_histories(path)
     assert (first.point, second.point) == ({"P": 2.0}, {"P": 7.0})
     assert list(first.times) == [0.5, 1]
     assert list(second.times) == [0.5, 1, 3]
     assert list(second.tables["load"]) == [3, 4, 5]
-    assert first.forces[:, 0] == pytest.approx([5, 10])
+    assert first.axes == ("x", "y")
+    assert first.forces[:, :, 0] == pytest.approx(np.array([[3, 4], [6, -8]]))
     assert first.areas[:, 0] == pytest.approx([0.1, 0.2])
-    assert np.isnan(second.forces[1, 0])
-    figure = histories([first, second], ["1: a - b"], {"time": "h", "force": "N", "area": "mm²"})
-    assert [axes.get_ylabel() for axes in figure.axes] == [
-        "tables",
-        "contact force [N]",
+    assert first.slip_shares.keys() == first.works.keys() == {1}
+    assert list(first.slip_shares[1]) == [0.5, 1]
+    # of both steps together
+    assert list(first.works[1]) == [3, 7]
+    assert np.isnan(second.forces[1]).all()
+    units = {"time": "h", "force": "N", "area": "mm²", "work": "mJ"}
+    figure = histories([first, second], ["1: a - b", "2: c - d"], units)
+    assert [axes.get_ylabel() for axes in figure.axes if axes.axison] == [
+        "load",
         "contact area [mm²]",
+        "pull",
+        "share of the area\nthat slips",
+        "contact 1:\nforce [N]",
+        "work of friction [mJ]",
+        "contact 2:\nforce [N]",
     ]
 
 

@@ -229,7 +229,7 @@ def _histories(results: Results, options: FigureOptions) -> Iterator[tuple[str, 
         if options.only is not None:
             raise
         return
-    n_contacts = shown[0].forces.shape[1]
+    n_contacts = shown[0].areas.shape[1]
     if n_contacts == 0:
         raise NotDrawableError(f"{results.folder / 'history.csv'}: the deck has no contact")
     deck = _deck(results)

@@ -64,7 +64,7 @@ CAPTIONS = {
     "initial_and_deformed": "The bodies at rest and displaced",
     "reduced_domain": "The reduced integration domain",
     "multipliers": "Contact forces",
-    "histories": "Tables, contact forces and contact areas over the time",
+    "histories": "Tables, contact forces and areas over the time; with friction, slip and its work",
     "hysteresis": "Friction over the history",
     "stick_slip": "Where contacts stick and slip over the time",
     "errors": "Errors over the parameters",

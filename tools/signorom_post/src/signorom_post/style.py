@@ -9,9 +9,12 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
+
+from signorom_post.arrays import FloatArray
 
 # the palette of Okabe and Ito: people with any common kind of color vision can tell its colors apart
 BLACK = "#000000"
@@ -114,6 +117,17 @@ def finish_percent_axis(axes: Axes) -> None:
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter(NullFormatter())
     add_grid(axes)
+
+
+def finish_log_axis(axis: Axis, values: FloatArray) -> None:
+    """Sets the ticks of a logarithmic axis, so that labels do not overlap: of a short range at 1, 2 and 5.
+
+    `values`: the positive ones that are shown.
+    """
+    is_short = not values.size or float(values.max()) < 100.0 * float(values.min())
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if is_short else (1.0,), numticks=9))
+    axis.set_major_formatter(LogFormatterSciNotation(minor_thresholds=(np.inf, np.inf)))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def add_grid(axes: Axes) -> None:

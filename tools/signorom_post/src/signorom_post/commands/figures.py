@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--y",
         metavar="COLUMN",
-        help="column of history.csv upwards in hysteresis; default: the tangential force of contact 1",
+        help="column of history.csv upwards in hysteresis; default: the force along friction, where it works most",
     )
     parser.add_argument(
         "--color",

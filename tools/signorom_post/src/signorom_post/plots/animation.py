@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
-from signorom_post.arrays import FloatArray, with_unit
+from signorom_post.arrays import FloatArray, format_number, with_unit
 from signorom_post.errors import InputError
-from signorom_post.plots.captions import deformed_title, magnification
+from signorom_post.plots.captions import magnification, wrapped
 from signorom_post.plots.drawing import draw_mesh, draw_shaded, frame
 from signorom_post.plots.surface import draw_surface, frame_surface, view
 from signorom_post.plots.viewpoint import best_corner
@@ -22,6 +22,12 @@ from signorom_post.style import SEQUENTIAL, new_figure
 
 #: [1/inch] resolution of the pictures
 RESOLUTION = 100
+#: [inch] largest size of the bodies in a picture
+LARGEST = (5.0, 4.2)
+#: [inch] room for the scale of colors beside the bodies, for the axes below them, and for a line of the title
+BESIDE, BELOW, LINE = 1.7, 0.6, 0.17
+#: [inch] smallest width of the bodies with their title, and number of its characters in an inch
+NARROWEST, PER_INCH = 2.6, 12
 
 
 def writer_for(path: Path, n_per_second: float) -> AbstractMovieWriter:
@@ -62,13 +68,16 @@ def animate(
     scale = magnification(np.vstack(moved), mesh.size)
     places = [mesh.coordinates + scale * displacement for displacement in moved]
     everywhere = np.vstack([mesh.coordinates, *places])
-    figure = new_figure(6.4, 4.8)
+    towards = view(*best_corner(mesh.coordinates, mesh.outer_faces)) if mesh.n_dim == 3 else None
+    width, height = size_of(everywhere, towards)
+    titles = _titles(points, scale, int(PER_INCH * width))
+    n_lines = titles[0].count("\n") + 1
+    figure = new_figure(width + BESIDE, height + BELOW + LINE * n_lines, has_equal_axes=True)
     axes = figure.subplots()
     label = with_unit(name.replace("_", " "), fields.field(points[0], name).unit)
     figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=axes, label=label, shrink=0.85)
-    towards = view(*best_corner(mesh.coordinates, mesh.outer_faces)) if mesh.n_dim == 3 else None
     with writer.saving(figure, str(path), RESOLUTION):
-        for i, (point, place, value) in enumerate(zip(points, places, values, strict=True)):
+        for i, (title, place, value) in enumerate(zip(titles, places, values, strict=True)):
             axes.clear()
             if towards is None:
                 draw_mesh(axes, mesh, mesh.coordinates[:, :2], "white")
@@ -77,12 +86,33 @@ def animate(
             else:
                 _draw_solid(axes, fields, place, norm, value, towards)
                 frame_surface(axes, everywhere, mesh.unit, towards)
-            axes.set_title(deformed_title(point, scale))
+            axes.set_title(title)
             if i == 0:  # otherwise the pictures jump
                 figure.draw_without_rendering()
                 figure.set_layout_engine("none")
             writer.grab_frame()
             yield
+
+
+def size_of(points: FloatArray, towards: FloatArray | None) -> tuple[float, float]:
+    """Returns width and height [inch] of the bodies in a picture, whose shape is that of the frame around them.
+
+    `points`, shape (n, 3): all places of their nodes; `towards`: the rotation to the viewer, None in the plane.
+    """
+    size = np.ptp(points[:, :2] if towards is None else points @ towards[:2].T, axis=0)
+    # the frame is wider: see `frame` and `frame_surface`
+    size = size + float(size.max()) * np.array([0.06, 0.06] if towards is None else [0.1, 0.35])
+    width, height = size * min(LARGEST[0] / size[0], LARGEST[1] / size[1])
+    # films need an even number of points along each side
+    return max(NARROWEST, round(float(width), 1)), max(1.0, round(float(height), 1))
+
+
+def _titles(points: Sequence[FieldPoint], scale: float, n_characters: int) -> list[str]:
+    """Returns the label of each point with the factor of its displacement, all with the same number of lines."""
+    factor = f", displacement x {format_number(scale)}" if scale != 1 else ""
+    titles = [wrapped(point.label + factor, n_characters) for point in points]
+    most = max(title.count("\n") for title in titles)
+    return [title + "\n" * (most - title.count("\n")) for title in titles]
 
 
 def _sizes(fields: FieldFile, point: FieldPoint, name: str) -> FloatArray:

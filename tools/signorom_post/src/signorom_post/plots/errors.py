@@ -16,7 +16,18 @@ from signorom_post.plots.errors_of_each import errors_of_each
 from signorom_post.plots.errors_of_pairs import drawable, errors_of_pairs
 from signorom_post.readers.model import Model
 from signorom_post.readers.validation import Validation
-from signorom_post.style import BLUE, GRAY, GREEN, INK, ORANGE, SEQUENTIAL, VERMILLION, add_grid, new_figure
+from signorom_post.style import (
+    BLUE,
+    GRAY,
+    GREEN,
+    INK,
+    ORANGE,
+    SEQUENTIAL,
+    VERMILLION,
+    add_grid,
+    finish_log_axis,
+    new_figure,
+)
 
 #: largest number of parameters whose pairs are shown; more panels could not be read
 MOST_PAIRED = 4
@@ -230,7 +241,8 @@ def _over_two_parameters(validation: Validation, model: Model | None) -> Figure:
                 x[shown], y[shown], c=values[shown], s=16, cmap=SEQUENTIAL, norm=norm, gid=column
             )
             unit = model.energy_unit if model and column == "e_energy" else ""
-            figure.colorbar(dots, ax=axes, label=with_unit(label, unit))
+            bar = figure.colorbar(dots, ax=axes, label=with_unit(label, unit))
+            finish_log_axis(bar.ax.yaxis, values[shown])
         axes.plot(x[~shown], y[~shown], "x", color=VERMILLION, markersize=4, gid="not drawable")
         axes.plot(
             training[:, 0], training[:, 1], "+", color=INK, markersize=4, markeredgewidth=0.7, gid="training"

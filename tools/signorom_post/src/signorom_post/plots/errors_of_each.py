@@ -3,11 +3,12 @@
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullFormatter
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import MaxNLocator
 
 from signorom_post.plots.errors_of_pairs import add_key, drawable, texts_of
 from signorom_post.readers.validation import Validation
-from signorom_post.style import add_grid, new_figure
+from signorom_post.style import add_grid, finish_log_axis, new_figure
 
 #: number of panels side by side
 N_COLUMNS = 4
@@ -21,16 +22,17 @@ def errors_of_each(validation: Validation, texts: list[str], has_domain: bool) -
     """
     n = len(texts)
     n_rows = -(-n // N_COLUMNS)
-    figure = new_figure(1.0 + 2.3 * min(n, N_COLUMNS), 0.8 + 2.1 * n_rows)
+    figure = new_figure(1.2 + 2.4 * min(n, N_COLUMNS), 0.8 + 2.1 * n_rows)
     panels = figure.subplots(n_rows, min(n, N_COLUMNS), sharey=True, squeeze=False).ravel()
     kinds = texts_of(has_domain)
+    every = np.concatenate([validation.columns[column] for column in kinds])
     for i, axes in enumerate(panels[:n]):
         for column, (color, _) in kinds.items():
             values = validation.columns[column]
             shown = np.where(drawable(values), values, np.nan)
             axes.plot(validation.parameters[:, i], shown, ".", color=color, markersize=4, gid=column)
         axes.set_yscale("log")
-        axes.yaxis.set_minor_formatter(NullFormatter())
+        finish_log_axis(axes.yaxis, every[drawable(every)])
         axes.xaxis.set_major_locator(MaxNLocator(3))
         axes.set_xlabel(texts[i])
         add_grid(axes)
@@ -38,5 +40,9 @@ def errors_of_each(validation: Validation, texts: list[str], has_domain: bool) -
         axes.set_axis_off()
     for axes in panels[::N_COLUMNS]:
         axes.set_ylabel("error")
+    # the last number below a panel must not touch the first one of the next panel
+    layout = figure.get_layout_engine()
+    assert isinstance(layout, ConstrainedLayoutEngine)
+    layout.set(w_pad=0.12)
     add_key(figure, validation, kinds)
     return figure

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from signorom_post.arrays import BoolArray, FloatArray
 from signorom_post.plots.pairs import PairPanels
 from signorom_post.readers.validation import Validation
-from signorom_post.style import BLUE, ORANGE, SEQUENTIAL, VERMILLION
+from signorom_post.style import BLUE, ORANGE, SEQUENTIAL, VERMILLION, finish_log_axis
 
 
 def texts_of(has_domain: bool) -> dict[str, tuple[str, str]]:
@@ -50,11 +50,14 @@ def errors_of_pairs(validation: Validation, texts: list[str], has_domain: bool) 
             ScalarMappable(norm, SEQUENTIAL), ax=panels.axes, label=kinds[column][1], pad=0.01, aspect=40
         )
         bar.ax.set_in_layout(True)
+        finish_log_axis(bar.ax.yaxis, values[shown])
     for i, axes in panels.diagonal():
         for column, (color, _) in kinds.items():
             values = np.where(drawable(validation.columns[column]), validation.columns[column], np.nan)
             axes.plot(points[:, i], values, ".", color=color, markersize=2.5, gid=f"{column} alone")
         axes.set_yscale("log")
+        every = np.concatenate([validation.columns[column] for column in kinds])
+        finish_log_axis(axes.yaxis, every[drawable(every)])
     add_key(panels.figure, validation, kinds, (" (lower left)", " (upper right)"), "x")
     return panels.figure
 

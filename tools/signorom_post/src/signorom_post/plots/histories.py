@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figure of histories: tables, resultant force and area of each contact of the deck over the time."""
+"""Figure of histories: tables, forces, areas, and with friction slip and work of each contact over the time."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -13,49 +12,92 @@ from signorom_post.style import add_grid, cluster_colors, new_figure
 
 #: most points in one figure, each with its own style of line
 LINES = ("-", "--", ":", "-.")
+#: up to so many panels stand in one column; more of them in two
+MOST_BELOW = 4
+#: most characters in a line of a legend, 6 for each line beside its name
+MOST_CHARACTERS = 66
+
+#: label of y, and what the curves are: name -> values of a point, shape (n_times)
+_Panel = tuple[str, dict[str, Callable[[PointHistory], FloatArray]]]
 
 
 def histories(shown: Sequence[PointHistory], names: Sequence[str], units: dict[str, str]) -> Figure:
-    """Returns panels over the time, one below the other: tables (if there are any), contact forces, contact areas.
+    """Returns panels over the time: one for each table, then one for the resultant force of each contact.
 
-    At most the first four points are shown, each with its own style of line; each contact of the deck, and each table,
-    has its color. `names`: the contacts; `units`: of time, force and area, empty where they are not known.
+    Behind them all contacts share a panel of the areas that touch, and those with friction a panel of the share of this
+    area that slips and one of the work of friction since the beginning. At most the first four points are shown, each
+    with its own style of line. Colors are the components of forces (friction is in them), else the contacts of the
+    deck. `names`: the contacts; `units`: of time, force, area and work, empty where they are not known.
     """
     points = shown[: len(LINES)]
-    has_tables = bool(points[0].tables)
-    figure = new_figure(6.4, 2.0 * (2 + has_tables) + 0.9)
-    panels = figure.subplots(2 + has_tables, 1, sharex=True, squeeze=False)[:, 0]
-    if has_tables:
-        tables = list(points[0].tables)
-        _draw(panels[0], points, [np.stack(list(p.tables.values()), axis=1) for p in points], tables)
-        panels[0].set_ylabel("tables")
-    _draw(panels[-2], points, [point.forces for point in points], names)
-    panels[-2].set_ylabel(with_unit("contact force", units.get("force", "")))
-    _draw(panels[-1], points, [point.areas for point in points], names)
-    panels[-1].set_ylabel(with_unit("contact area", units.get("area", "")))
-    panels[-1].set_xlabel(with_unit("time", units.get("time", "")))
+    panels = _panels(points[0], names, units)
+    n_columns = 1 if len(panels) <= MOST_BELOW else 2
+    n_rows = -(-len(panels) // n_columns)
+    figure = new_figure(0.9 + 4.8 * n_columns, 1.9 * n_rows + 0.9)
+    grid = figure.subplots(n_rows, n_columns, sharex=True, squeeze=False)
+    # column by column: the tables begin the first one
+    places = [axes for column in grid.T for axes in column]
+    for (label, curves), axes in zip(panels, places, strict=False):
+        _draw(axes, points, curves)
+        axes.set_ylabel(label)
+    for axes in places[len(panels) :]:
+        axes.set_axis_off()
+    for column in grid.T:
+        last = [axes for axes in column if axes.axison][-1]
+        last.set_xlabel(with_unit("time", units.get("time", "")))
+        last.tick_params(labelbottom=True)
     if len(shown) > 1:
         texts = [
             ", ".join(f"{name} = {value:.4g}" for name, value in point.point.items()) for point in points
         ]
         handles = [
-            panels[-1].plot([], [], LINES[i], color="#262626", label=text)[0] for i, text in enumerate(texts)
+            places[0].plot([], [], LINES[i], color="#262626", label=text)[0] for i, text in enumerate(texts)
         ]
         more = f"; {len(shown) - len(points)} more points are not shown" if len(shown) > len(points) else ""
         figure.legend(handles=handles, loc="outside lower center", ncols=1, title=f"points{more}")
     return figure
 
 
+def _panels(first: PointHistory, names: Sequence[str], units: dict[str, str]) -> list[_Panel]:
+    panels: list[_Panel] = [(table, {"": lambda p, table=table: p.tables[table]}) for table in first.tables]
+    force = with_unit("force", units.get("force", ""))
+    for k in range(len(names)):
+        curves = {
+            f"${axis}$": lambda p, i=i, k=k: p.forces[:, i, k]  # type: ignore[misc]
+            for i, axis in enumerate(first.axes)
+        }
+        panels.append((f"contact {k + 1}:\n{force}", curves))
+    panels.append(
+        (
+            with_unit("contact area", units.get("area", "")),
+            {name: lambda p, k=k: p.areas[:, k] for k, name in enumerate(names)},  # type: ignore[misc]
+        )
+    )
+    if first.works:
+        shares = {names[k]: lambda p, k=k: p.slip_shares[k] for k in first.slip_shares}  # type: ignore[misc]
+        works = {names[k]: lambda p, k=k: p.works[k] for k in first.works}  # type: ignore[misc]
+        panels.append(("share of the area\nthat slips", shares))
+        panels.append((with_unit("work of friction", units.get("work", "")), works))
+    return panels
+
+
 def _draw(
-    axes: Axes, points: Sequence[PointHistory], values: Sequence[FloatArray], names: Sequence[str]
+    axes: Axes, points: Sequence[PointHistory], curves: dict[str, Callable[[PointHistory], FloatArray]]
 ) -> None:
-    """Draws the columns of the values of each point, shape (n_times, n_columns), with a legend of the names."""
-    colors = cluster_colors(len(names))
-    for i, (point, columns) in enumerate(zip(points, values, strict=True)):
-        for k, name in enumerate(names):
-            label = name if i == 0 else None
+    """Draws the curves of each point, with a legend above the panel of those that have names."""
+    colors = cluster_colors(len(curves))
+    for i, point in enumerate(points):
+        for color, (name, values) in zip(colors, curves.items(), strict=True):
+            label = name if i == 0 and name else None
             axes.plot(
-                point.times, columns[:, k], LINES[i], color=colors[k], label=label, marker=".", markersize=3
+                point.times, values(point), LINES[i], color=color, label=label, marker=".", markersize=3
             )
-    axes.legend(loc="best", fontsize="small")
+    if any(curves):
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=max(1, MOST_CHARACTERS // (max(map(len, curves)) + 6)),
+            fontsize="small",
+            borderaxespad=0.1,
+        )
     add_grid(axes)

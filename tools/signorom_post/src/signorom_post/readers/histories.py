@@ -23,9 +23,15 @@ class PointHistory:
     times: FloatArray
     #: name of a table -> its values, shape (n_times)
     tables: dict[str, FloatArray]
-    #: area that touches and size of the resultant force of each contact of the deck, shape (n_times, n_contacts)
+    #: area that touches, of each contact of the deck, shape (n_times, n_contacts)
     areas: FloatArray
+    #: resultant force of each contact, shape (n_times, n_axes, n_contacts), and the names of the axes
     forces: FloatArray
+    axes: tuple[str, ...]
+    #: number of a contact with friction, from 0 -> share of its area that slips, and work of its friction since the
+    #: beginning, shape (n_times)
+    slip_shares: dict[int, FloatArray]
+    works: dict[int, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -42,9 +48,9 @@ class Curve:
 def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], tuple[str, str]]:
     """Returns column `y` over column `x` of history.csv, a curve for each point, and the names of both columns.
 
-    Default of `x`: the first table, or the time without tables. Default of `y`: the tangential resultant of contact 1,
-    that is, of its components the one with the largest range of those that change their sign, or of all if none does.
-    InputError if the file is missing or cannot be used, or has no such column.
+    Default of `x`: the first table, or the time without tables. Default of `y`: the resultant along the friction of the
+    contact in which friction works most, see _tangential. InputError if the file is missing or cannot be used, or has
+    no such column.
     """
     file = CsvInput(path, ("time", "status"))
     i_time, i_status = file.header.index("time"), file.header.index("status")
@@ -53,7 +59,7 @@ def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], 
         if name is not None and name not in known:
             raise InputError(path, f"there is no column '{name}' of numbers; there are {', '.join(known)}")
     along = x or file.header[i_time + 1 if i_status > i_time + 1 else i_time]
-    over = y or _tangential(file)
+    over = y or _tangential(file, file.numbers(along))
     values, others = file.numbers(along), file.numbers(over)
     parameters = {name: file.numbers(name) for name in file.header[:i_time]}
     curves = [
@@ -65,17 +71,37 @@ def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], 
     return curves, (along, over)
 
 
-def _tangential(file: CsvInput) -> str:
-    names = [name for name in file.header if re.fullmatch(r"contact_1_force_\w", name)]
+def _tangential(file: CsvInput, along: FloatArray) -> str:
+    """Returns the column of the resultant along friction, of the contact with the largest sum of dissipation.
+
+    It is the component that changes most in all steps in which `along` changes, so that what happens before, as
+    pressing, does not count; of those that change their sign, if some do. Changes up to 1e-6 of the largest force are
+    rounding. Without friction it is a component of contact 1.
+    """
+    work = {
+        match.group(1): float(np.nansum(np.abs(file.numbers(name))))
+        for name in file.header
+        if (match := re.fullmatch(r"contact_(\d+)_dissipation", name))
+    }
+    contact = max(work, key=lambda number: work[number]) if work else "1"
+    names = [name for name in file.header if re.fullmatch(rf"contact_{contact}_force_\w", name)]
     if not names:
         raise InputError(file.path, "there is no contact whose friction could be shown; give --y")
-    columns = [file.numbers(name)[np.isfinite(file.numbers(name))] for name in names]
-    turns = [bool(v.size) and v.min() < 0.0 < v.max() for v in columns]
-    ranges = [
-        np.ptp(v) if v.size and (turn or not any(turns)) else -1.0
-        for v, turn in zip(columns, turns, strict=True)
-    ]
-    return names[int(np.argmax(ranges))]
+    spans = _spans(file.numbers("time"))
+    columns = [file.numbers(name) for name in names]
+    largest = max((float(np.abs(v[np.isfinite(v)]).max(initial=0.0)) for v in columns), default=0.0)
+    changes, turns = [], []
+    for values in columns:
+        changes.append(sum(_variation(values[i:k], along[i:k]) for i, k in spans))
+        shown = values[np.isfinite(values)]
+        turns.append(bool(shown.size) and shown.min() < -1e-6 * largest and shown.max() > 1e-6 * largest)
+    scores = [change if turn or not any(turns) else -1.0 for change, turn in zip(changes, turns, strict=True)]
+    return names[int(np.argmax(scores))]
+
+
+def _variation(values: FloatArray, along: FloatArray) -> float:
+    """Returns the sum of the changes of `values` without sign, over the steps in which `along` changes."""
+    return float(np.nansum(np.abs(np.diff(values))[np.diff(along) != 0.0]))
 
 
 def _spans(times: FloatArray) -> list[tuple[int, int]]:
@@ -97,11 +123,18 @@ def read_histories(path: Path) -> list[PointHistory]:
     parameters = {name: file.numbers(name) for name in file.header[:i_time]}
     times = file.numbers("time")
     tables = {name: file.numbers(name) for name in file.header[i_time + 1 : i_status]}
-    areas, forces = np.zeros((len(times), n_contacts)), np.zeros((len(times), n_contacts))
+    axes = tuple(
+        match.group(1) for name in file.header if (match := re.fullmatch(r"contact_1_force_(\w)", name))
+    )
+    areas = np.zeros((len(times), n_contacts))
+    forces = np.zeros((len(times), len(axes), n_contacts))
     for k in range(n_contacts):
         areas[:, k] = file.numbers(f"contact_{k + 1}_area")
-        names = [name for name in file.header if re.fullmatch(rf"contact_{k + 1}_force_\w", name)]
-        forces[:, k] = np.linalg.norm([file.numbers(name) for name in names], axis=0)
+        for i, axis in enumerate(axes):
+            forces[:, i, k] = file.numbers(f"contact_{k + 1}_force_{axis}")
+    rubbing = [k for k in range(n_contacts) if f"contact_{k + 1}_dissipation" in file.header]
+    shares = {k: file.numbers(f"contact_{k + 1}_slip_share") for k in rubbing}
+    works = {k: file.numbers(f"contact_{k + 1}_dissipation") for k in rubbing}
     return [
         PointHistory(
             point={name: float(values[first]) for name, values in parameters.items()},
@@ -109,6 +142,9 @@ def read_histories(path: Path) -> list[PointHistory]:
             tables={name: values[first:last] for name, values in tables.items()},
             areas=areas[first:last],
             forces=forces[first:last],
+            axes=axes,
+            slip_shares={k: values[first:last] for k, values in shares.items()},
+            works={k: np.cumsum(values[first:last]) for k, values in works.items()},
         )
         for first, last in _spans(times)
     ]
