@@ -357,7 +357,7 @@ int signorom_get_contact_facets(const signorom_model *model, int *starts, int *n
 /* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
  * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. After a
- * query the first of this call and the next two computes all fields; the others copy them. All three return
+ * query the first of this call and the next three computes all fields; the others copy them. All of them return
  * SIGNOROM_NO_ANSWER where the model gives no fields, or where the point is not possible for a material: an elastic
  * constant or an imposed strain has no finite value, or Hooke's matrix is not finite. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
@@ -373,6 +373,11 @@ int signorom_get_imposed_strains(signorom_context *context, double *strain);
  * may be null. Errors as for signorom_get_stresses. */
 int signorom_get_contact_fields(signorom_context *context, double *force, double *pressure, double *gap, int *status,
                                 int *cell_status);
+/* Gives the fields of friction of the last answer, all at the nodes, for their own surface, so that they are opposite
+ * on both surfaces: friction over area, and slip since the last time [n_nodes][n_dimensions]; and the status [n_nodes]:
+ * 0 no contact, 1 open, 2 sticks, 3 slips (also closed without friction), 4 tied. Any array may be null. Errors as for
+ * signorom_get_stresses; SIGNOROM_NO_ANSWER also where the model has no friction. */
+int signorom_get_friction_fields(signorom_context *context, double *traction, double *slip, int *status);
 
 /* Computes the derivatives of the last answer with respect to each parameter. After signorom_advance with null tables
  * those with respect to a parameter of the deck or the time contain what the tables of the model change with it; for

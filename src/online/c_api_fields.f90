@@ -126,6 +126,25 @@ contains
     end associate
   end function signorom_get_contact_fields
 
+  integer(c_int) function signorom_get_friction_fields(context, traction, slip, status) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: traction, slip, status
+    type(context_handle_t), pointer :: handle
+
+    handle => context_with_fields(context, code)
+    if (.not. associated(handle)) return
+    associate (values => handle%fields%values)
+      if (.not. allocated(values%slips)) then
+        code = no_answer
+        call keep(handle%message, 'the model has no friction')
+        return
+      end if
+      call put_reals(reshape(values%tangential_traction, [size(values%tangential_traction)]), traction)
+      call put_reals(reshape(values%slip, [size(values%slip)]), slip)
+      call put_integers(values%node_friction, status)
+    end associate
+  end function signorom_get_friction_fields
+
   !> Returns the handle of a context whose last answer has its fields; the first call after a query computes them. Otherwise it
   !> returns null, and the message of the context (unless `context` is null) says why: code = bad_argument without an answer,
   !> no_answer if the model or the point gives no fields.

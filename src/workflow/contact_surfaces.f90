@@ -52,6 +52,7 @@ module sig_contact_surfaces
     procedure :: start_point
     procedure :: write_values
     procedure :: write_reduced
+    procedure :: write_friction
     procedure :: close => close_file
   end type contact_surfaces_t
 
@@ -168,7 +169,7 @@ contains
     integer :: contact(self%mesh%n_cells)
 
     if (.not. self%is_used) return
-    if (allocated(values%slips)) call write_friction(self, values)
+    if (allocated(values%slips)) call self%write_friction(values, '')
     if (has_displacement) call self%file%add_node_field('displacement', values%displacement(:, self%nodes), self%length_unit, &
       'displacement')
     call gather(self, values%multipliers, force, pressure)
@@ -183,14 +184,18 @@ contains
     call self%file%add_cell_field('contact', self%entries, '-', 'entry of the deck''s contact section, 1-based')
   end subroutine write_values
 
-  !> Writes friction, slip and status of the nodes, each from the rows of its own contact entry.
-  subroutine write_friction(self, values)
+  !> Writes friction, slip and status of the nodes, each from the rows of its own contact entry. Does nothing if create started no
+  !> files.
+  subroutine write_friction(self, values, suffix)
     class(contact_surfaces_t), intent(inout) :: self
     type(field_values_t), intent(in) :: values
+    !> behind the names of the fields
+    character(*), intent(in) :: suffix
     real(rk), dimension(self%mesh%n_dim, self%mesh%n_nodes) :: slip, traction
     real(rk) :: status(self%mesh%n_nodes), vectors(self%mesh%n_dim, self%n_body_nodes)
     integer :: i, states(self%n_body_nodes)
 
+    if (.not. self%is_used) return
     do i = 1, size(self%entry_rows)
       associate (first => self%starts(i) + 1, last => self%starts(i + 1), rows => self%entry_rows(i)%rows, &
         indices => self%entry_rows(i)%indices)
@@ -203,10 +208,11 @@ contains
         status(first:last) = states(self%nodes(first:last))
       end associate
     end do
-    call self%file%add_node_field('tangential_traction', traction, self%stress_unit, &
+    call self%file%add_node_field('tangential_traction' // suffix, traction, self%stress_unit, &
       'friction over area, on this surface')
-    call self%file%add_node_field('slip', slip, self%length_unit, 'of this surface over the other one since the last time')
-    call self%file%add_node_field('friction_status', status, '-', friction_states)
+    call self%file%add_node_field('slip' // suffix, slip, self%length_unit, &
+      'of this surface over the other one since the last time')
+    call self%file%add_node_field('friction_status' // suffix, status, '-', friction_states)
   end subroutine write_friction
 
   !> Writes the contact forces and pressures of a reduced model beside the full-order ones at the same point. Does nothing if create

@@ -166,7 +166,8 @@ contains
       call writer%start_point(header, points(:, i))
       call find_values(header, points(:, i), states(i), values)
       call writer%write_values(header, values, .false.)
-      if (present(model) .and. .not. allocated(message)) call write_reduced(problem, points(:, i), online, query, writer)
+      if (present(model) .and. .not. allocated(message)) &
+        call write_reduced(problem, header, points(:, i), online, query, writer)
     end do
     call query%destroy()
     call writer%close(error)
@@ -242,14 +243,18 @@ contains
   !> Writes the displacement and contact forces of the reduced model at the present point beside the full-order fields, also if the
   !> deck wants only other fields; into contact.h5 only if there is one. It also writes which cells and rows belong to the RID of
   !> the chosen cluster, even where the fallback answers; if this cluster is not hyper-reduced, no cell and all rows. Without an
-  !> answer it warns, displacement and contact forces are NaN, and displacement_reduced_source is 0.
-  subroutine write_reduced(problem, point, online, query, writer)
+  !> answer it warns, displacement and contact forces are NaN, and displacement_reduced_source is 0. With friction its traction,
+  !> slip and status follow where there is an answer.
+  subroutine write_reduced(problem, header, point, online, query, writer)
     type(problem_t), intent(in) :: problem
+    !> result of describe_problem
+    type(model_t), intent(in) :: header
     real(rk), intent(in) :: point(:)
     type(online_model_t), intent(in) :: online
     type(query_t), intent(inout) :: query
     type(field_writer_t), intent(inout) :: writer
     type(answer_t) :: answer
+    type(field_values_t) :: values
     type(rooms_t) :: rooms
     real(rk), allocatable :: displacement(:)
     real(rk) :: multipliers(online%model%n_multipliers), sources(online%model%n_nodes)
@@ -281,6 +286,12 @@ contains
         'contact force of each row, reduced model; outside the reduced domain reconstructed')
       call writer%surfaces%write_reduced(multipliers(:n))
     end associate
+    if (answer%reason <= 0 .or. .not. allocated(answer%slip)) return
+    call values%take_displacement(header%fields, displacement)
+    call values%take_contact(header%fields, header%laws, answer%theta, multipliers)
+    call values%take_friction(header%fields, multipliers, answer%slip, answer%slips)
+    call writer%write_friction(header, values, '_reduced')
+    call writer%surfaces%write_friction(values, '_reduced')
   end subroutine write_reduced
 
   !> Writes the displacement of the reduced model. It is a field that viewers show if all nodes have a displacement;

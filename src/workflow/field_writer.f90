@@ -28,6 +28,7 @@ module sig_field_writer
     procedure :: create
     procedure :: start_point
     procedure :: write_values
+    procedure :: write_friction
     procedure :: close => close_files
   end type field_writer_t
 
@@ -148,21 +149,23 @@ contains
       '0 no contact row at its nodes, 1 open, 2 closed at all of them, 3 closed at some, 4 tied')
     call self%file%add_array(trim(merge('multipliers_reduced   ', 'multipliers_full_order', is_reduced)), values%multipliers, &
       model%force_unit, 'contact force of each row, ' // author)
-    if (allocated(values%slips)) call write_friction(self, model, values)
+    if (allocated(values%slips)) call self%write_friction(model, values, '')
     call write_areas(self, model, values)
   end subroutine write_contact
 
-  !> Writes friction, slip and status of the nodes of both surfaces.
-  subroutine write_friction(self, model, values)
+  !> Writes friction, slip and status of the nodes of both surfaces into fields.h5.
+  subroutine write_friction(self, model, values, suffix)
     class(field_writer_t), intent(inout) :: self
     type(model_t), intent(in) :: model
     type(field_values_t), intent(in) :: values
+    !> behind the names of the fields
+    character(*), intent(in) :: suffix
 
-    call self%file%add_node_field('tangential_traction', values%tangential_traction, model%fields%stress_unit, &
+    call self%file%add_node_field('tangential_traction' // suffix, values%tangential_traction, model%fields%stress_unit, &
       'friction over area on the node''s own surface; at nodes without a row of their own its mean by shares')
-    call self%file%add_node_field('slip', values%slip, model%length_unit, &
+    call self%file%add_node_field('slip' // suffix, values%slip, model%length_unit, &
       'of the node''s own surface over the other one since the last time')
-    call self%file%add_node_field('friction_status', real(values%node_friction, rk), '-', friction_states)
+    call self%file%add_node_field('friction_status' // suffix, real(values%node_friction, rk), '-', friction_states)
   end subroutine write_friction
 
   !> Writes for each contact of the deck the area that touches at the present point: of rows with a force, and of tied ones.

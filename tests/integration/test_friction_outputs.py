@@ -166,6 +166,37 @@ def test_fields(signorom, case):
             assert not (friction * along > 0).any()
 
 
+def test_fields_of_the_model(post, case):
+    """Beside those of the full order in the files of `run`, and in Python."""
+    n_dim, results = case
+    names = ("tangential_traction", "slip", "friction_status")
+    for name in ("fields.h5", "contact.h5"):
+        with h5py.File(results / name) as file:
+            for point in list(file["points"].values())[:6]:
+                for field in names:
+                    wanted = point[field][()]
+                    largest = abs(wanted).max()
+                    assert largest > 0
+                    assert point[f"{field}_reduced"][()] == pytest.approx(wanted, abs=1e-7 * largest)
+    with (
+        post.Model(results / "model.h5") as model,
+        h5py.File(results / "fields.h5") as file,
+        model.start(P=PRESSURE) as history,
+    ):
+        with pytest.raises(ValueError, match="call advance first"):
+            history.fields()
+        for k, time in enumerate(model.times):
+            history.advance(time)
+            fields = history.fields()
+            assert fields.point["time"] == time
+            for field in names:
+                wanted = file[f"points/{k + 1:04}/{field}_reduced"][()]
+                wanted = wanted[:, :n_dim] if wanted.ndim > 1 else wanted
+                assert getattr(fields, field) == pytest.approx(wanted, rel=SAME)
+        assert fields.units["slip"] == "m"
+        assert fields.units["tangential_traction"] == "Pa"
+
+
 def test_sticking(signorom, tmp_path):
     """A draw of less than the friction can hold: at most G far / 2 = 0.25 of 0.4. No slip, no work, and the share 0."""
     signorom("solve", write_deck(tmp_path, 2, far=1e-9), "--at", f"P={PRESSURE}", folder=tmp_path)

@@ -146,6 +146,12 @@ class Fields:
     #: as in Answer: the error of the displacement; that of the stresses is of this size on the average over the part
     displacement_bound: float | None
     relative_displacement_bound: float | None
+    #: with friction, else None: friction over area, and slip since the last time, both of the node's own surface, shape
+    #: (n_nodes, n_dimensions)
+    tangential_traction: FloatArray | None = None
+    slip: FloatArray | None = None
+    #: status of each node: 0 no contact, 1 open, 2 sticks, 3 slips (also closed without friction), 4 tied
+    friction_status: IntArray | None = None
 
 
 @dataclass(frozen=True)

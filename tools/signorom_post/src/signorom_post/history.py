@@ -9,7 +9,7 @@ from typing import Self
 
 import numpy as np
 
-from signorom_post.answer import Answer, NoAnswerError
+from signorom_post.answer import Answer, Fields, NoAnswerError
 from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.handles import Handles
 from signorom_post.library import BAD_ARGUMENT, NO_ANSWER, CAnswer, doubles, text_of
@@ -21,6 +21,9 @@ Step = tuple[float, FloatArray | None]
 AnswerMaker = Callable[
     [c_void_p, FloatArray, Sequence[int] | IntArray | None, CAnswer, tuple[Step, ...]], Answer
 ]
+
+#: makes the fields of the last answer of a context at a state
+FieldsMaker = Callable[[c_void_p, FloatArray, CAnswer], Fields]
 
 
 class NoHistoryError(Exception):
@@ -34,7 +37,12 @@ class History:
     """
 
     def __init__(
-        self, handles: Handles, given: FloatArray, names: Sequence[str], answer_of: AnswerMaker
+        self,
+        handles: Handles,
+        given: FloatArray,
+        names: Sequence[str],
+        answer_of: AnswerMaker,
+        fields_of: FieldsMaker,
     ) -> None:
         """For Model.start: the values of the deck's parameters, and the names of all parameters of the model.
 
@@ -42,8 +50,9 @@ class History:
         """
         self._library = handles.library
         self._n_parameters, self._tables = len(names), list(names[len(given) + 1 :])
-        self._answer_of = answer_of
+        self._answer_of, self._fields_of = answer_of, fields_of
         self._steps: tuple[Step, ...] = ()
+        self._last: tuple[FloatArray, CAnswer] | None = None
         self._stack = ExitStack()
         self._context: c_void_p | None = self._stack.enter_context(handles.context())
         if self._library.signorom_start(self._context, doubles(given)):
@@ -69,6 +78,7 @@ class History:
         if not np.isfinite(time):
             raise ValueError(f"the time must be a finite number, not {time}")
         told = CAnswer(size=sizeof(CAnswer))
+        self._last = None
         code = self._library.signorom_advance(
             self._context, float(time), None if values is None else doubles(values), byref(told)
         )
@@ -78,7 +88,20 @@ class History:
         self._steps = (*self._steps, (float(time), values))
         state = np.zeros(self._n_parameters)
         self._library.signorom_get_point(self._context, doubles(state))
+        self._last = state, told
         return self._answer_of(self._context, state, nodes, told, self._steps)
+
+    def fields(self) -> Fields:
+        """Returns displacement, stresses, contact and friction on the whole mesh at the time of the last answer.
+
+        NoAnswerError, FreeMotionWarning and InaccurateFieldsWarning are as for Model.fields; ValueError if there is no
+        answer yet, the last time had none, or the history was closed.
+        """
+        if self._context is None:
+            raise ValueError("the history is closed")
+        if self._last is None:
+            raise ValueError("the history has no answer whose fields could be given; call advance first")
+        return self._fields_of(self._context, *self._last)
 
     def _values_of(self, tables: Mapping[str, float]) -> FloatArray:
         """Returns the values of all tables in the model's order."""

@@ -7,7 +7,7 @@ from ctypes import byref, c_int, c_void_p
 import numpy as np
 
 from signorom_post.answer import Cells, Fields, NoAnswerError
-from signorom_post.arrays import FloatArray
+from signorom_post.arrays import FloatArray, IntArray
 from signorom_post.library import CAnswer, CSizes, doubles, ints, known, text_of
 
 NO_CELLS = "the model keeps no mesh for fields: train it with reduction.fields: true in the deck"
@@ -77,6 +77,14 @@ def fields_of(
         or library.signorom_get_displacement(context, doubles(displacement))
     ):
         raise NoAnswerError(text_of(library.signorom_message(context)))
+    friction = _friction_of(library, context, n_nodes, n_dimensions)
+    units = _units(library, model)
+    if friction is not None:
+        units |= {
+            "tangential_traction": units["stress"],
+            "slip": units["displacement"],
+            "friction_status": "-",
+        }
     return Fields(
         point=point,
         displacement=displacement,
@@ -91,10 +99,24 @@ def fields_of(
         status=status.astype(np.int64),
         contact_status=contact_status.astype(np.int64),
         contact_area=contact_area,
-        units=_units(library, model),
+        units=units,
         displacement_bound=known(told.displacement_bound),
         relative_displacement_bound=known(told.relative_displacement_bound),
+        tangential_traction=None if friction is None else friction[0],
+        slip=None if friction is None else friction[1],
+        friction_status=None if friction is None else friction[2],
     )
+
+
+def _friction_of(
+    library: ctypes.CDLL, context: c_void_p, n_nodes: int, n_dimensions: int
+) -> tuple[FloatArray, FloatArray, IntArray] | None:
+    """Returns traction, slip and status of friction at the nodes; None without friction."""
+    traction, slip = np.zeros((n_nodes, n_dimensions)), np.zeros((n_nodes, n_dimensions))
+    status = np.zeros(n_nodes, dtype=np.intc)
+    if library.signorom_get_friction_fields(context, doubles(traction), doubles(slip), ints(status)):
+        return None
+    return traction, slip, status.astype(np.int64)
 
 
 def _units(library: ctypes.CDLL, model: c_void_p) -> dict[str, str]:

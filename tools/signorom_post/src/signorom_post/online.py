@@ -272,16 +272,14 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes. TypeError, ValueError and ExtrapolationWarning as for `query`; FreeMotionWarning if a body is free;
-        InaccurateFieldsWarning if the relative_displacement_bound is above 0.01.
+        all nodes; where friction remembers, History.fields gives them. TypeError, ValueError and ExtrapolationWarning
+        as for `query`; FreeMotionWarning if a body is free; InaccurateFieldsWarning if the
+        relative_displacement_bound is above 0.01.
         """
         point = point_of(self.parameters, values)
         with self._handles.model() as model, self._handles.context() as context:
             told, multipliers = self._ask(context, point)
-            warn_unheld(told.n_free_motions)
-            warn_inaccurate(known(told.relative_displacement_bound))
-            area = self.resultants(multipliers).areas
-            return fields_of(self._library, model, context, self._sizes, self._named(point), area, told)
+            return self._fields(model, context, point, multipliers, told, stack_level=4)
 
     def query(self, *, nodes: Sequence[int] | IntArray | None = None, **values: float) -> Answer:
         """Returns the answer at a point, a keyword per parameter.
@@ -305,7 +303,7 @@ class Model:
         given = point_of(self._given(), values)
         self._need_history()
         names = [parameter.name for parameter in self.parameters]
-        return History(self._handles, given, names, self._answer_at)
+        return History(self._handles, given, names, self._answer_at, self._fields_at)
 
     def states(self, points: FloatArray) -> FloatArray:
         """Returns the states of `points` at the times of the deck's steps, shape (n_points, n_times, n_parameters).
@@ -355,6 +353,26 @@ class Model:
         multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
         ask = partial(self._replay, state, steps if self._remembers() else steps[-1:])
         return self._answer(context, state, indices, told, multipliers, ask)
+
+    def _fields_at(self, context: c_void_p, state: FloatArray, told: CAnswer) -> Fields:
+        """Returns the fields of the last answer of a context, which `told` describes, at a state of a history."""
+        multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
+        with self._handles.model() as model:
+            return self._fields(model, context, state, multipliers, told, stack_level=5)
+
+    def _fields(
+        self,
+        model: c_void_p,
+        context: c_void_p,
+        point: FloatArray,
+        multipliers: FloatArray,
+        told: CAnswer,
+        stack_level: int,
+    ) -> Fields:
+        warn_unheld(told.n_free_motions, stack_level)
+        warn_inaccurate(known(told.relative_displacement_bound), stack_level)
+        area = self.resultants(multipliers).areas
+        return fields_of(self._library, model, context, self._sizes, self._named(point), area, told)
 
     def _query(self, point: FloatArray, context: c_void_p, _direction: int) -> bool:
         """Asks a context at a point; returns whether there is no answer."""

@@ -83,28 +83,28 @@ def warn_outside(
     )
 
 
-def warn_unheld(n_free_motions: int) -> None:
-    """Issues a FreeMotionWarning, which names the line of the caller's caller, if a motion of a body is free."""
+def warn_unheld(n_free_motions: int, stack_level: int = 3) -> None:
+    """Issues a FreeMotionWarning if a motion of a body is free. `stack_level` is as in warn_outside."""
     if n_free_motions:
         warnings.warn(
             "no contact force holds a body at this point: its displacement and its gaps are one of many possible; "
             "forces and stresses are not affected",
             FreeMotionWarning,
-            stacklevel=3,
+            stacklevel=stack_level,
         )
 
 
-def warn_inaccurate(bound: float | None) -> None:
-    """Issues an InaccurateFieldsWarning, which names the line of the caller's caller, if a displacement is inaccurate.
+def warn_inaccurate(bound: float | None, stack_level: int = 3) -> None:
+    """Issues an InaccurateFieldsWarning if a displacement is inaccurate.
 
-    `bound` is the relative_displacement_bound of an answer.
+    `bound` is the relative_displacement_bound of an answer; `stack_level` is as in warn_outside.
     """
     if bound is not None and bound > LARGE_ERROR:
         warnings.warn(
             f"the error of the displacement at this point may be {bound:.2g} in the norm of the stiffness: "
             "displacements and stresses are not accurate there",
             InaccurateFieldsWarning,
-            stacklevel=3,
+            stacklevel=stack_level,
         )
 
 
