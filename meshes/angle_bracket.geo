@@ -16,8 +16,8 @@ hole = 5; // radius
 seat = 9; // outer radius of the bolt's seat, a boss of 1 mm
 fillet = 5;
 plate = 9; // thickness
-h_foot = DefineNumber[4, Name "h_foot"];
-h_plate = DefineNumber[5.5, Name "h_plate"];
+DefineConstant[h_foot = 4]; // edges
+DefineConstant[h_plate = 5.5];
 h_far = 8;
 e = 1e-3;
 

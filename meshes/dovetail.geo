@@ -16,8 +16,8 @@ blade_bottom = -13;
 slot_bottom = -14.5;
 half_sector = 30;
 disk_bottom = -34;
-h_blade = DefineNumber[0.5, Name "h_blade"]; // edges of the flanks
-h_disk = DefineNumber[0.8, Name "h_disk"];
+DefineConstant[h_blade = 0.5]; // edges of the flanks
+DefineConstant[h_disk = 0.8];
 h_far = 3.5;
 
 // A fillet between a wall at x = a and the flank ends t from the corner, t = radius tan(22.5 degrees).
