@@ -74,6 +74,7 @@ module signorom
     signorom_get_nodes, signorom_get_displacement_sources, signorom_get_domain_contacts, signorom_get_next_cluster, &
     signorom_create_context, signorom_message, signorom_free_context, signorom_query, &
     signorom_get_history, signorom_get_states, signorom_start, signorom_advance, signorom_get_point, &
+    signorom_get_memory_size, signorom_get_memory, signorom_set_memory, &
     signorom_query_many, signorom_query_arrays, signorom_get_domain_multipliers, signorom_get_multipliers, &
     signorom_get_coordinates, &
     signorom_get_displacement, signorom_get_displacement_at, signorom_get_field_sizes, signorom_get_cells, &
@@ -250,6 +251,24 @@ module signorom
       real(c_double), intent(in), optional :: tables(*)
       type(signorom_answer), intent(inout), optional :: answer
     end function signorom_advance
+
+    integer(c_int) function signorom_get_memory_size(model, n) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: model
+      integer(c_int), intent(out) :: n
+    end function signorom_get_memory_size
+
+    integer(c_int) function signorom_get_memory(context, memory) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(out) :: memory(*)
+    end function signorom_get_memory
+
+    integer(c_int) function signorom_set_memory(context, memory) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(in) :: memory(*)
+    end function signorom_set_memory
 
     integer(c_int) function signorom_get_point(context, point) bind(c)
       import :: c_double, c_int, c_ptr

@@ -277,6 +277,17 @@ int signorom_start(signorom_context *context, const double *parameters);
  * signorom_query. SIGNOROM_BAD_ARGUMENT: no history has begun, the time is not later than the one before, or the size
  * of the answer is not set; `answer` is not written. */
 int signorom_advance(signorom_context *context, double time, const double *tables, signorom_answer *answer);
+/* Gives the number of numbers that the next time of a history depends on: the last time, the parameters, and what
+ * contacts with friction remember. It is 0 where the model has no history. */
+int signorom_get_memory_size(const signorom_model *model, int *n);
+/* Gives these numbers. They are of use to signorom_set_memory alone, with the same file. SIGNOROM_BAD_ARGUMENT: no
+ * history has begun, or its last time has no answer. */
+int signorom_get_memory(signorom_context *context, double *memory);
+/* Goes back to where signorom_get_memory gave these numbers, in this or another context: signorom_advance goes on from
+ * there, with the same answers as then. The context has no last answer afterwards. Derivatives of later answers take
+ * what is remembered as given: they leave out what the parameters changed before. SIGNOROM_BAD_ARGUMENT: the numbers
+ * are not possible; then no history has begun. */
+int signorom_set_memory(signorom_context *context, const double *memory);
 /* Gives the point of the last answer [n_parameters]; after signorom_advance this is the state. */
 int signorom_get_point(const signorom_context *context, double *point);
 

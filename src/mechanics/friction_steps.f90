@@ -7,8 +7,8 @@ module sig_friction_steps
   use sig_contact_laws, only: contact_laws_t
   use sig_friction_contraction, only: unit_contraction
   use sig_friction_derivative, only: differentiate_friction, friction_derivative_t, friction_step_t
-  use sig_friction_problem, only: contact_open, contact_slips, count_solutions, friction_contacts_t, friction_solution_t, &
-                                  friction_workspace_t, solve_friction
+  use sig_friction_problem, only: contact_open, contact_slips, contact_sticks, count_solutions, friction_contacts_t, &
+                                  friction_solution_t, friction_workspace_t, solve_friction
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert
   use sig_reasons, only: reason_converged
@@ -39,6 +39,7 @@ module sig_friction_steps
     procedure :: differentiate
     procedure :: fill_unknowns
     procedure :: motion
+    procedure :: n_remembered
     procedure :: n_unknowns
     procedure :: slipping
   end type friction_steps_t
@@ -60,6 +61,8 @@ module sig_friction_steps
     procedure :: begin
     procedure :: is_open
     procedure :: change_to_exact
+    procedure :: save
+    procedure :: restore
   end type friction_memory_t
 
 contains
@@ -241,6 +244,13 @@ contains
     n_unknowns = self%contacts%n_rows()
   end function n_unknowns
 
+  !> Returns how many numbers `save` gives.
+  pure integer function n_remembered(self)
+    class(friction_steps_t), intent(in) :: self
+
+    n_remembered = 1 + 2 * self%n_unknowns() + self%contacts%n_contacts
+  end function n_remembered
+
   !> Sets the unknowns of sig_condensed [force]: forces, and in rows of anchors their scaled openings; shape (n_rows).
   pure subroutine fill_unknowns(self, memory, unknowns)
     class(friction_steps_t), intent(in) :: self
@@ -271,6 +281,48 @@ contains
     slipping = memory%solution%states == contact_slips .and. &
                (self%laws%tangents(1, :) > 0 .or. .not. self%laws%friction_factors > 0)
   end function slipping
+
+  !> Gives what the next step depends on: whether there was a step, then its forces, openings and states. Requires: begin, and an
+  !> answer of the last step if there was one.
+  pure subroutine save(self, numbers)
+    class(friction_memory_t), intent(in) :: self
+    !> shape (n_remembered)
+    real(rk), intent(out) :: numbers(:)
+
+    numbers = 0
+    if (.not. self%has_begun) return
+    numbers(1) = 1
+    associate (n => size(self%origins))
+      numbers(2:n + 1) = self%solution%lambda
+      numbers(n + 2:2 * n + 1) = self%solution%openings
+      numbers(2 * n + 2:) = self%solution%states
+    end associate
+  end subroutine save
+
+  !> Goes back to what `save` gave. is_valid: the numbers are such; otherwise this is `begin`.
+  pure subroutine restore(self, steps, numbers, is_valid)
+    class(friction_memory_t), intent(inout) :: self
+    type(friction_steps_t), intent(in) :: steps
+    !> shape (n_remembered)
+    real(rk), intent(in) :: numbers(:)
+    logical, intent(out) :: is_valid
+    integer :: k
+
+    call self%begin(steps)
+    is_valid = all(abs(numbers) <= huge(numbers)) .and. any(abs(numbers(1) - [0, 1]) <= 0)
+    if (.not. (is_valid .and. numbers(1) > 0)) return
+    associate (n => size(self%origins))
+      do k = 2 * n + 2, size(numbers)
+        is_valid = is_valid .and. any(abs(numbers(k) - [contact_open, contact_sticks, contact_slips]) <= 0)
+      end do
+      if (.not. is_valid) return
+      self%solution%lambda = numbers(2:n + 1)
+      self%solution%openings = numbers(n + 2:2 * n + 1)
+      self%solution%states = nint(numbers(2 * n + 2:))
+    end associate
+    self%solution%reason = reason_converged
+    self%has_begun = .true.
+  end subroutine restore
 
   !> Returns which contacts are open; shape (n_contacts).
   pure function is_open(self)

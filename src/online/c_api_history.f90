@@ -107,4 +107,69 @@ contains
     call ask_time(handle, time, values, code)
     if (code /= bad_argument .and. c_associated(answer)) call tell(handle, code, n_bytes, answer)
   end function signorom_advance
+
+  integer(c_int) function signorom_get_memory_size(model, n) result(code) bind(c)
+    type(c_ptr), value :: model
+    type(c_ptr), value :: n
+    type(model_handle_t), pointer :: handle
+
+    handle => ready_model(model, code)
+    if (associated(handle)) call put_integers([handle%online%n_remembered()], n)
+  end function signorom_get_memory_size
+
+  integer(c_int) function signorom_get_memory(context, memory) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: memory
+    type(context_handle_t), pointer :: handle
+    real(c_double), pointer :: numbers(:)
+    character(:), allocatable :: message
+
+    handle => context_with_memory(context, memory, numbers)
+    code = bad_argument
+    if (.not. associated(handle)) return
+    call handle%query%save_memory(handle%model%online, numbers, message)
+    if (allocated(message)) then
+      call keep(handle%message, message)
+    else
+      code = code_ok
+    end if
+  end function signorom_get_memory
+
+  integer(c_int) function signorom_set_memory(context, memory) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: memory
+    type(context_handle_t), pointer :: handle
+    real(c_double), pointer :: numbers(:)
+    character(:), allocatable :: message
+
+    handle => context_with_memory(context, memory, numbers)
+    code = bad_argument
+    if (.not. associated(handle)) return
+    handle%has_answer = .false.
+    call handle%query%restore_memory(handle%model%online, numbers, message)
+    if (allocated(message)) then
+      call keep(handle%message, message)
+    else
+      code = code_ok
+    end if
+  end function signorom_set_memory
+
+  !> Returns the handle of a context and the numbers of the caller; null if the context is not ready or `memory` is null, and the
+  !> message of the context (unless `context` is null) says so.
+  function context_with_memory(context, memory, numbers) result(handle)
+    type(c_ptr), intent(in) :: context
+    type(c_ptr), intent(in) :: memory
+    real(c_double), pointer, intent(out) :: numbers(:)
+    type(context_handle_t), pointer :: handle
+
+    numbers => null()
+    handle => ready_context(context)
+    if (.not. associated(handle)) return
+    if (c_associated(memory)) then
+      call c_f_pointer(memory, numbers, [handle%model%online%n_remembered()])
+    else
+      call keep(handle%message, 'the memory is a null pointer')
+      handle => null()
+    end if
+  end function context_with_memory
 end module sig_c_api_history

@@ -57,6 +57,9 @@ module sig_condensed_model
     procedure :: take_laws
     procedure :: create_room
     procedure :: forget
+    procedure :: n_remembered
+    procedure :: save_memory
+    procedure :: restore_memory
     procedure :: solve
     procedure :: fill_multipliers
     procedure :: fill_displacement
@@ -196,6 +199,41 @@ contains
       call room%changes%begin()
     end select
   end subroutine forget
+
+  !> Returns the number of numbers that a step with friction depends on. Arguments of this and the next two: sig_reduced.
+  pure integer function n_remembered(self)
+    class(condensed_model_t), intent(in) :: self
+
+    n_remembered = 0
+    if (self%laws%remembers() .and. allocated(self%steps)) n_remembered = self%steps%n_remembered()
+  end function n_remembered
+
+  subroutine save_memory(self, room, numbers)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    real(rk), intent(inout) :: numbers(:)
+
+    if (size(numbers) == 0) return
+    select type (room)
+    type is (condensed_room_t)
+      call room%memory%save(numbers)
+    end select
+  end subroutine save_memory
+
+  subroutine restore_memory(self, room, numbers, is_valid)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    real(rk), intent(in) :: numbers(:)
+    logical, intent(out) :: is_valid
+
+    is_valid = .true.
+    if (size(numbers) == 0) return
+    select type (room)
+    type is (condensed_room_t)
+      call room%memory%restore(self%steps, numbers, is_valid)
+      call room%changes%begin()
+    end select
+  end subroutine restore_memory
 
   !> Solves the complementarity problem of all contacts; with friction, the next step of the history in the room. Arguments:
   !> solve_at in sig_reduced; there is one solution, and no judge is asked.

@@ -20,6 +20,7 @@ module sig_online_model
     procedure :: opposite_point
     procedure :: is_inside_box
     procedure :: lengths_at
+    procedure :: n_remembered
   end type online_model_t
 
 contains
@@ -144,4 +145,17 @@ contains
     where (.not. lengths > 0) lengths = abs(point)
     where (.not. lengths > 0) lengths = 1
   end function lengths_at
+
+  !> Returns how many numbers say what the next time of a history depends on (save_memory of sig_query); 0 without a history.
+  pure integer function n_remembered(self) result(n)
+    class(online_model_t), intent(in) :: self
+    integer :: i
+
+    n = 0
+    if (.not. self%model%history%is_there()) return
+    n = 1 + self%model%n_given()
+    do i = 1, size(self%model%parts)
+      n = n + self%model%parts(i)%reduced%n_remembered()
+    end do
+  end function n_remembered
 end module sig_online_model

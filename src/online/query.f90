@@ -40,6 +40,8 @@ module sig_query
     procedure :: end_history
     procedure :: start
     procedure :: advance
+    procedure :: save_memory
+    procedure :: restore_memory
     procedure :: differentiate
     procedure :: destroy
   end type query_t
@@ -235,6 +237,54 @@ contains
     call answer_state(self, online, state, answer)
     self%follows_tables = .not. present(tables)
   end subroutine advance
+
+  !> Gives what the next time of the history depends on: the time, the parameters, and what contacts remember. Errors: message is
+  !> allocated if no history has begun, or if its last time has no answer.
+  subroutine save_memory(self, online, numbers, message)
+    class(query_t), intent(in) :: self
+    !> the model that create was called with
+    type(online_model_t), intent(in) :: online
+    !> shape (n_remembered of the model)
+    real(rk), intent(inout) :: numbers(:)
+    character(:), allocatable, intent(out) :: message
+
+    if (size(numbers) == 0) return
+    if (.not. allocated(self%parameters)) then
+      message = 'no history has begun: start comes first'
+    else if (self%failure /= 0) then
+      message = 'the last time of the history has no answer, so that there is nothing to go on from'
+    end if
+    if (allocated(message)) return
+    associate (n => size(self%parameters))
+      numbers(1) = self%time
+      numbers(2:n + 1) = self%parameters
+      call self%rooms%save_memory(online%model, numbers(n + 2:))
+    end associate
+  end subroutine save_memory
+
+  !> Goes back to where save_memory gave these numbers, perhaps in another query of the same model: advance goes on from there.
+  !> Derivatives of later answers take what is remembered as given. Errors: message is allocated if these are no such numbers; then
+  !> no history has begun.
+  subroutine restore_memory(self, online, numbers, message)
+    class(query_t), intent(inout) :: self
+    !> the model that create was called with
+    type(online_model_t), intent(in) :: online
+    !> shape (n_remembered of the model)
+    real(rk), intent(in) :: numbers(:)
+    character(:), allocatable, intent(out) :: message
+    logical :: is_valid
+
+    if (size(numbers) == 0) return
+    associate (n => online%model%n_given())
+      call self%start(online, numbers(2:n + 1), message)
+      if (allocated(message)) return
+      call self%rooms%restore_memory(online%model, numbers(n + 2:), is_valid)
+      self%time = numbers(1)
+      if (is_valid .and. self%time >= 0) return
+      deallocate (self%parameters)
+      message = 'the memory is none of this model: its numbers are not possible'
+    end associate
+  end subroutine restore_memory
 
   !> Computes the derivatives of an answer with respect to each parameter. After advance with the model's own tables, those with
   !> respect to a parameter of the deck or the time contain what the tables change; otherwise each value of a state stands for

@@ -70,6 +70,9 @@ module sig_reduced
     procedure :: has_whole_field => whole
     procedure :: displace_under => nothing_to_do
     procedure :: forget => nothing_to_forget
+    procedure :: n_remembered => nothing_remembered
+    procedure :: save_memory => nothing_to_save
+    procedure :: restore_memory => nothing_to_restore
     procedure :: energy => energy_unknown
     procedure :: correct_forces => nothing_to_correct
     procedure :: can_certify => no
@@ -330,6 +333,35 @@ contains
 
     note = ''
   end function nothing_to_say
+
+  !> Returns how many numbers say what the next answer of a history depends on.
+  pure integer function nothing_remembered(self) result(n)
+    class(reduced_t), intent(in) :: self
+
+    n = 0
+  end function nothing_remembered
+
+  !> Gives these numbers. Requires: the last time of the history, if there is one, has an answer.
+  subroutine nothing_to_save(self, room, numbers)
+    class(reduced_t), intent(in) :: self
+    !> room of this part
+    class(room_t), intent(in) :: room
+    !> shape (n_remembered)
+    real(rk), intent(inout) :: numbers(:)
+  end subroutine nothing_to_save
+
+  !> Goes back to where these numbers were given. Derivatives of later answers take them as given.
+  subroutine nothing_to_restore(self, room, numbers, is_valid)
+    class(reduced_t), intent(in) :: self
+    !> room of this part
+    class(room_t), intent(inout) :: room
+    !> shape (n_remembered)
+    real(rk), intent(in) :: numbers(:)
+    !> false: these are no such numbers; then the history begins
+    logical, intent(out) :: is_valid
+
+    is_valid = .true.
+  end subroutine nothing_to_restore
 
   !> Improves contact forces that another part found, if this part can see that some are wrong. This default does nothing.
   subroutine nothing_to_correct(self, theta, room, multipliers)

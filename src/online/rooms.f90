@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The work arrays of a model's parts for one thread. Those of a part are made before its first answer.
 module sig_rooms
+  use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_reduced, only: room_t
   implicit none(type, external)
@@ -17,6 +18,8 @@ module sig_rooms
   contains
     procedure :: enter
     procedure :: forget
+    procedure :: save_memory
+    procedure :: restore_memory
   end type rooms_t
 
 contains
@@ -43,4 +46,41 @@ contains
       call model%parts(i)%reduced%forget(self%of_part(i)%room)
     end do
   end subroutine forget
+
+  !> Gives what the next answer of a history depends on, for all parts (save_memory of sig_reduced).
+  subroutine save_memory(self, model, numbers)
+    class(rooms_t), intent(in) :: self
+    type(model_t), intent(in) :: model
+    !> one part after the other
+    real(rk), intent(inout) :: numbers(:)
+    integer :: first, i
+
+    first = 1
+    do i = 1, size(model%parts)
+      associate (part => model%parts(i)%reduced)
+        call part%save_memory(self%of_part(i)%room, numbers(first:first + part%n_remembered() - 1))
+        first = first + part%n_remembered()
+      end associate
+    end do
+  end subroutine save_memory
+
+  !> Goes back to where these numbers were given. is_valid: they are such.
+  subroutine restore_memory(self, model, numbers, is_valid)
+    class(rooms_t), intent(inout) :: self
+    type(model_t), intent(in) :: model
+    real(rk), intent(in) :: numbers(:)
+    logical, intent(out) :: is_valid
+    integer :: first, i
+    logical :: is_part
+
+    first = 1
+    is_valid = .true.
+    do i = 1, size(model%parts)
+      associate (part => model%parts(i)%reduced)
+        call part%restore_memory(self%of_part(i)%room, numbers(first:first + part%n_remembered() - 1), is_part)
+        first = first + part%n_remembered()
+      end associate
+      is_valid = is_valid .and. is_part
+    end do
+  end subroutine restore_memory
 end module sig_rooms

@@ -248,13 +248,40 @@ def test_python(post, results):
             model.query(**state)
 
 
-def test_fmu_is_refused(post, results, tmp_path):
-    """An FMU asks states alone."""
-    from signorom_post.errors import InputError
-    from signorom_post.fmu import write_fmu
+def test_memory(post, results):
+    """What a history remembers goes to another context, and damaged numbers are refused."""
+    from signorom_post.library import BAD_ARGUMENT, NO_ANSWER, OK, doubles, ints, text_of
 
-    with post.Model(results / "model.h5") as model, pytest.raises(InputError, match="friction"):
-        write_fmu(model, results / "model.h5", tmp_path / "model.fmu", [])
+    with post.Model(results / "model.h5") as model:
+        library, n = model._library, np.zeros(1, dtype=np.intc)
+        forces = [np.zeros(len(model.contact_areas)) for _ in range(3)]
+        with model._handles.model() as handle:
+            assert library.signorom_get_memory_size(handle, ints(n)) == OK
+        memory = np.zeros(n[0])
+        with model._handles.context() as context, model._handles.context() as other:
+            assert library.signorom_start(context, doubles(np.array([4, 0.3]))) == OK
+            for time in TIMES[:4]:
+                assert library.signorom_advance(context, time, None, None) == OK
+            assert library.signorom_get_memory(context, doubles(memory)) == OK
+            for one, found in ((context, forces[0]), (other, forces[1]), (context, forces[2])):
+                assert library.signorom_set_memory(one, doubles(memory)) == OK
+                assert library.signorom_get_multipliers(one, doubles(found)) == BAD_ARGUMENT
+                assert library.signorom_advance(one, TIMES[3], None, None) == BAD_ARGUMENT
+                assert library.signorom_advance(one, TIMES[4], None, None) == OK
+                assert library.signorom_get_multipliers(one, doubles(found)) == OK
+            assert (forces[0] == forces[1]).all()
+            assert (forces[0] == forces[2]).all()
+            # a shear that nothing holds: there is nothing to go on from, but there is before it
+            assert library.signorom_advance(context, 9.0, doubles(np.array([4.0, 9.0])), None) == NO_ANSWER
+            assert library.signorom_get_memory(context, doubles(memory.copy())) == BAD_ARGUMENT
+            assert "nothing to go on from" in text_of(library.signorom_message(context))
+            for place, value in ((-1, 7.0), (-1, 0.5), (3, 0.5), (5, np.nan), (0, -1.0)):
+                damaged = memory.copy()
+                damaged[place] = value
+                assert library.signorom_set_memory(context, doubles(damaged)) == BAD_ARGUMENT
+                assert "not possible" in text_of(library.signorom_message(context))
+                assert library.signorom_advance(context, TIMES[4], None, None) == BAD_ARGUMENT
+            assert library.signorom_set_memory(context, doubles(memory)) == OK
 
 
 @pytest.mark.parametrize(

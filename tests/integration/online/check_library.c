@@ -144,7 +144,7 @@ static int check_sizes(signorom_context *context, const double *points) {
 /* The model has no history: its states are its points. */
 static int refuse_histories(const signorom_model *model, signorom_context *context, const double *points) {
   double states[64], value;
-  int n_given = -1, n_times = -1, is_fine = 1;
+  int n_given = -1, n_times = -1, n_memory = -1, is_fine = 1;
   is_fine &= signorom_get_history(NULL, &n_given, &n_times, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= signorom_get_history(model, &n_given, &n_times, NULL) == SIGNOROM_OK && n_given > 0 && n_times == 0;
   is_fine &= signorom_get_states(context, points, states) == SIGNOROM_OK && states[0] == points[0];
@@ -157,6 +157,15 @@ static int refuse_histories(const signorom_model *model, signorom_context *conte
   is_fine &= signorom_advance(context, 1, NULL, NULL) == SIGNOROM_BAD_ARGUMENT;
   is_fine &= strstr(signorom_message(context), "start comes first") != NULL;
   is_fine &= signorom_get_point(context, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_memory_size(NULL, &n_memory) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_memory_size(model, &n_memory) == SIGNOROM_OK && n_memory == 0;
+  is_fine &= signorom_get_memory(NULL, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_memory(context, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_get_memory(context, &value) == SIGNOROM_OK; /* no numbers */
+  is_fine &= signorom_set_memory(NULL, &value) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= signorom_set_memory(context, NULL) == SIGNOROM_BAD_ARGUMENT;
+  is_fine &= strstr(signorom_message(context), "null") != NULL;
+  is_fine &= signorom_set_memory(context, &value) == SIGNOROM_OK;
   return is_fine;
 }
 

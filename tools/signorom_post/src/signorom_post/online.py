@@ -43,10 +43,10 @@ class Model:
     """A trained model that answers queries. `with` closes it, and so does the garbage collector.
 
     Threads may share it. A copy, also in another process by pickle, reads the file again, which must still exist.
-    A closed model raises ValueError, except for `parameters`, `times`, `contact_areas` and `repr`.
+    A closed model raises ValueError, except for `parameters`, `n_given`, `times`, `contact_areas` and `repr`.
 
     With a history in the deck, `parameters` are those of the deck, then `time`, then the tables of the time, and `times`
-    are those of the deck's steps; without one, `times` is empty.
+    are those of the deck's steps; without one, `times` is empty. The first `n_given` parameters are those of the deck.
     """
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
@@ -61,7 +61,7 @@ class Model:
         with self._handles.model() as model:
             self._library.signorom_get_sizes(model, byref(self._sizes))
             self.parameters = [self._parameter(model, i) for i in range(self._sizes.n_parameters)]
-            self._n_given, self.times = self._history(model)
+            self.n_given, self.times = self._history(model)
             self._areas = np.zeros(self._sizes.n_contacts)
             self._library.signorom_get_contact_areas(model, doubles(self._areas))
         self._summary = self._summarize()
@@ -170,6 +170,14 @@ class Model:
         Pressure = contact force / area.
         """
         return self._areas.copy()
+
+    @property
+    def remembers(self) -> bool:
+        """Whether an answer of a history depends on those before it, as friction does."""
+        n = c_int()
+        with self._handles.model() as model:
+            self._library.signorom_get_memory_size(model, byref(n))
+        return n.value > self.n_given + 1
 
     @property
     def force_contacts(self) -> IntArray:
@@ -333,7 +341,7 @@ class Model:
 
     def _given(self) -> list[Parameter]:
         """Returns the parameters without the time and the tables of a history."""
-        return self.parameters[: self._n_given]
+        return self.parameters[: self.n_given]
 
     def _need_history(self) -> None:
         if not len(self.times):
@@ -351,7 +359,7 @@ class Model:
         indices = None if nodes is None else self._indices_of(nodes)
         warn_outside(self.parameters, state[None], np.array([bool(told.is_inside_box)]), stack_level=4)
         multipliers = self._get(context, "signorom_get_multipliers", self._sizes.n_contacts)
-        ask = partial(self._replay, state, steps if self._remembers() else steps[-1:])
+        ask = partial(self._replay, state, steps if self.remembers else steps[-1:])
         return self._answer(context, state, indices, told, multipliers, ask)
 
     def _fields_at(self, context: c_void_p, state: FloatArray, told: CAnswer) -> Fields:
@@ -378,17 +386,12 @@ class Model:
         """Asks a context at a point; returns whether there is no answer."""
         return bool(self._library.signorom_query(context, doubles(point), None))
 
-    def _remembers(self) -> bool:
-        """Returns whether answers depend on earlier ones of the history: some forces are those of friction."""
-        contacts = self.force_contacts
-        return bool((contacts != np.arange(len(contacts))).any())
-
     def _replay(self, state: FloatArray, steps: tuple[Step, ...], context: c_void_p, direction: int) -> bool:
         """Asks a context at the steps of a history, with derivatives at those before the last one.
 
         `state` is that of the last step. Returns whether there is no answer.
         """
-        library, given = self._library, np.ascontiguousarray(state[: self._n_given])
+        library, given = self._library, np.ascontiguousarray(state[: self.n_given])
         if library.signorom_start(context, doubles(given)):
             return True
         for k, (time, tables) in enumerate(steps):
