@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The functions of FMI 3.0 that the FMU supports. Its outputs are functions of its inputs at the same time, so there
- * are no states and no events. */
+ * are no states and no events; those of a model with friction and a history are functions of all steps so far. */
 #include "unit.h"
 
 #include <stdlib.h>
@@ -18,7 +18,11 @@ FMI3_EXPORT fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3Strin
                                                       fmi3Boolean is_visible, fmi3Boolean is_logging,
                                                       fmi3InstanceEnvironment environment, fmi3LogMessageCallback log) {
   (void)name, (void)is_visible, (void)is_logging;
-  return unit_create(token, resources, environment, log);
+  unit_t *const unit = unit_create(token, resources, environment, log);
+  if (!unit || !unit->remembers) return unit;
+  unit_say(unit, fmi3Error, "friction remembers: this FMU is for co-simulation alone, which goes step by step");
+  unit_free(unit);
+  return NULL;
 }
 
 FMI3_EXPORT fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
@@ -52,8 +56,8 @@ FMI3_EXPORT fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
   return fmi3OK;
 }
 
-/* The inputs at the end of the step are set already, and the outputs depend on nothing else. If the model has no answer
- * there, last_time is the start of the step, and the time of the instance does not change. */
+/* The inputs at the end of the step are set already. If the model has no answer there, last_time is the start of the
+ * step, and the time of the instance does not change. */
 FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3Float64 step, fmi3Boolean is_final,
                                   fmi3Boolean *needs_events, fmi3Boolean *terminates, fmi3Boolean *is_early,
                                   fmi3Float64 *last_time) {
@@ -61,7 +65,7 @@ FMI3_EXPORT fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 point, fmi3
   unit_t *const unit = instance;
   *needs_events = *terminates = *is_early = false;
   *last_time = point;
-  const fmi3Status status = unit_evaluate(unit);
+  const fmi3Status status = unit_step(unit, point + step);
   if (status != fmi3OK) return status;
   unit->time = *last_time = point + step;
   return fmi3OK;
@@ -72,12 +76,15 @@ FMI3_EXPORT fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueRefe
   unit_t *const unit = instance;
   if (n_references != n_values) return unit_say(unit, fmi3Error, "each reference needs one value");
   for (size_t i = 0; i < n_references; i++)
-    if (!is_input(unit, references[i])) return unit_say(unit, fmi3Error, "a variable that is no input cannot be set");
+    if (!is_input(unit, references[i]) || (unit->remembers && references[i] == (unsigned)unit->n_given + 1))
+      return unit_say(unit, fmi3Error, "a variable that is no input cannot be set");
   for (size_t i = 0; i < n_references; i++) {
     double *const input = &unit->inputs[references[i] - 1];
     if (*input == values[i]) continue;
+    if (unit->has_stepped && references[i] <= (unsigned)unit->n_given)
+      return unit_say(unit, fmi3Error, "a parameter stays as it is from the first step on: friction remembers");
     *input = values[i];
-    unit->is_current = unit->has_gradient = false;
+    if (!unit->remembers) unit->is_current = unit->has_gradient = false;
   }
   return fmi3OK;
 }
@@ -127,7 +134,8 @@ static fmi3Status multiply(unit_t *unit, const fmi3ValueReference unknowns[], si
       return unit_say(unit, fmi3Error, "the certificate and is_inside_box have no derivatives");
   }
   for (size_t k = 0; k < n_knowns; k++)
-    if (!is_input(unit, knowns[k])) return unit_say(unit, fmi3Error, "derivatives are with respect to inputs");
+    if (!is_input(unit, knowns[k]) || (unit->remembers && knowns[k] <= (unsigned)unit->n_given + 1))
+      return unit_say(unit, fmi3Error, "derivatives are with respect to inputs");
   const fmi3Status status = unit_differentiate(unit);
   if (status != fmi3OK) return status;
   memset(sensitivity, 0, (is_adjoint ? n_knowns : n_unknowns) * sizeof *sensitivity);
@@ -157,25 +165,15 @@ FMI3_EXPORT fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi
   return multiply(instance, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity, true);
 }
 
-/* The state of an FMU: its time and its inputs. */
 FMI3_EXPORT fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
-  const unit_t *const unit = instance;
-  const size_t n = (size_t)unit->sizes.n_parameters;
-  if (!*state) *state = malloc((n + 1) * sizeof(double));
-  if (!*state) return unit_say(unit, fmi3Error, "there is no memory for the state");
-  double *const numbers = *state;
-  numbers[0] = unit->time;
-  memcpy(numbers + 1, unit->inputs, n * sizeof(double));
+  double *const numbers = unit_save(instance, *state);
+  if (!numbers) return unit_say(instance, fmi3Error, "there is no memory for the state");
+  *state = numbers;
   return fmi3OK;
 }
 
 FMI3_EXPORT fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
-  unit_t *const unit = instance;
-  const double *const numbers = state;
-  unit->time = numbers[0];
-  memcpy(unit->inputs, numbers + 1, (size_t)unit->sizes.n_parameters * sizeof(double));
-  unit->is_current = unit->has_gradient = false;
-  return fmi3OK;
+  return unit_restore(instance, state);
 }
 
 FMI3_EXPORT fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *state) {

@@ -65,7 +65,17 @@ static bool make_room(unit_t *unit) {
   unit->values = calloc(n_outputs + 1, sizeof(double));
   unit->gradient = calloc(n_parameters * n_outputs + 1, sizeof(double));
   unit->room = calloc((n_parameters + 1) * n_room + 1, sizeof(double));
-  return unit->starts && unit->inputs && unit->values && unit->gradient && unit->room;
+  unit->memory = calloc(2 * (size_t)unit->n_memory + 1, sizeof(double));
+  unit->stepped = calloc(n_parameters + 1, sizeof(double));
+  return unit->starts && unit->inputs && unit->values && unit->gradient && unit->room && unit->memory && unit->stepped;
+}
+
+/* Finds whether the answers of the model depend on earlier ones: its memory has more numbers than the time and the
+ * parameters. */
+static void find_memory(unit_t *unit) {
+  signorom_get_history(unit->model, &unit->n_given, NULL, NULL);
+  signorom_get_memory_size(unit->model, &unit->n_memory);
+  unit->remembers = unit->n_memory > unit->n_given + 1;
 }
 
 /* Opens resources/model.h5 and makes a context. Returns false after a failure; the log has the reason if there was
@@ -84,6 +94,7 @@ static bool open_model(unit_t *unit, fmi3String resources) {
   if (code) return false;
   signorom_get_sizes(unit->model, &unit->sizes);
   signorom_get_contact_entries(unit->model, &unit->n_entries, &unit->n_moments, NULL);
+  find_memory(unit);
   return true;
 }
 
@@ -135,6 +146,8 @@ void unit_free(unit_t *unit) {
   free(unit->values);
   free(unit->gradient);
   free(unit->room);
+  free(unit->memory);
+  free(unit->stepped);
   free(unit);
 }
 
@@ -142,6 +155,12 @@ void unit_reset(unit_t *unit) {
   memcpy(unit->inputs, unit->starts, (size_t)unit->sizes.n_parameters * sizeof(double));
   unit->is_current = false;
   unit->has_gradient = false;
+  unit->has_stepped = false;
+  if (!unit->remembers) return;
+  /* nothing has happened yet */
+  memset(unit->values, 0, (size_t)unit->n_outputs * sizeof(double));
+  for (int i = 0; i < unit->n_outputs; i++) unit->values[i] = unit->outputs[i].kind == OUTPUT_INSIDE;
+  unit->is_current = true;
 }
 
 /* Places in `room` of the arrays of one answer, or of n derivatives: first the multipliers of all n, then the areas of
@@ -185,33 +204,109 @@ static double value_of(const unit_t *unit, const parts_t *parts, output_t output
   return 0;
 }
 
-fmi3Status unit_evaluate(unit_t *unit) {
-  if (unit->is_current) return fmi3OK;
+/* Sets the outputs to those of the last answer of the context. Returns false with a message of the context where a node
+ * has no displacement. */
+static bool take_answer(unit_t *unit, const signorom_answer *answer) {
   const parts_t parts = parts_of(unit, unit->room, 1);
-  signorom_answer answer = SIGNOROM_ANSWER;
-  if (signorom_query(unit->context, unit->inputs, &answer) ||
-      signorom_get_multipliers(unit->context, parts.multipliers) ||
+  if (signorom_get_multipliers(unit->context, parts.multipliers) ||
       (unit->n_nodes > 0 &&
        signorom_get_displacement_at(unit->context, unit->n_nodes, unit->nodes, parts.displacement)))
-    return unit_say(unit, fmi3Discard, signorom_message(unit->context));
+    return false;
   signorom_get_resultants(unit->model, parts.multipliers, parts.areas, parts.forces, parts.moments);
-  for (int i = 0; i < unit->n_outputs; i++) unit->values[i] = value_of(unit, &parts, unit->outputs[i], 0, &answer);
+  for (int i = 0; i < unit->n_outputs; i++) unit->values[i] = value_of(unit, &parts, unit->outputs[i], 0, answer);
   unit->is_current = true;
-  if (!answer.is_inside_box)
+  unit->has_gradient = false;
+  if (!answer->is_inside_box)
     unit_say(unit, fmi3Warning, "the inputs lie outside of the trained box: the outputs are an extrapolation");
+  return true;
+}
+
+fmi3Status unit_evaluate(unit_t *unit) {
+  if (unit->is_current) return fmi3OK;
+  signorom_answer answer = SIGNOROM_ANSWER;
+  if (signorom_query(unit->context, unit->inputs, &answer) || !take_answer(unit, &answer))
+    return unit_say(unit, fmi3Discard, signorom_message(unit->context));
   return fmi3OK;
+}
+
+/* Asks the context at the time and with the tables of `state`. */
+static int advance(unit_t *unit, const double *state, signorom_answer *answer) {
+  return signorom_advance(unit->context, state[unit->n_given], state + unit->n_given + 1, answer);
+}
+
+fmi3Status unit_step(unit_t *unit, double time) {
+  if (!unit->remembers) return unit_evaluate(unit);
+  signorom_answer answer = SIGNOROM_ANSWER;
+  if (!unit->has_stepped && signorom_start(unit->context, unit->inputs))
+    return unit_say(unit, fmi3Error, signorom_message(unit->context));
+  const size_t n_memory = (size_t)unit->n_memory;
+  double *const before = unit->memory + n_memory;
+  signorom_get_memory(unit->context, before);
+  unit->inputs[unit->n_given] = time;
+  const int code = advance(unit, unit->inputs, &answer);
+  if (code == SIGNOROM_BAD_ARGUMENT) return unit_say(unit, fmi3Error, signorom_message(unit->context));
+  if (code || !take_answer(unit, &answer)) {
+    unit_say(unit, fmi3Discard, signorom_message(unit->context));
+    signorom_set_memory(unit->context, before);
+    return fmi3Discard;
+  }
+  memcpy(unit->memory, before, n_memory * sizeof(double));
+  memcpy(unit->stepped, unit->inputs, (size_t)unit->sizes.n_parameters * sizeof(double));
+  unit->has_stepped = true;
+  return fmi3OK;
+}
+
+double *unit_save(unit_t *unit, double *old) {
+  const size_t n = (size_t)unit->sizes.n_parameters, n_memory = (size_t)unit->n_memory;
+  const size_t n_outputs = (size_t)unit->n_outputs;
+  double *const state = old ? old : malloc((2 + 2 * n + n_outputs + 2 * n_memory) * sizeof(double));
+  if (!state) return NULL;
+  state[0] = unit->time;
+  state[1] = unit->has_stepped;
+  double *place = state + 2;
+  memcpy(place, unit->inputs, n * sizeof(double));
+  memcpy(place += n, unit->stepped, n * sizeof(double));
+  memcpy(place += n, unit->values, n_outputs * sizeof(double));
+  memcpy(place += n_outputs, unit->memory, n_memory * sizeof(double));
+  if (unit->has_stepped) signorom_get_memory(unit->context, place + n_memory);
+  return state;
+}
+
+fmi3Status unit_restore(unit_t *unit, const double *state) {
+  const size_t n = (size_t)unit->sizes.n_parameters, n_memory = (size_t)unit->n_memory;
+  const double *place = state + 2;
+  unit->time = state[0];
+  unit->has_stepped = state[1] != 0;
+  memcpy(unit->inputs, place, n * sizeof(double));
+  unit->is_current = unit->remembers;
+  unit->has_gradient = false;
+  if (!unit->remembers) return fmi3OK;
+  memcpy(unit->stepped, place += n, n * sizeof(double));
+  memcpy(unit->values, place += n, (size_t)unit->n_outputs * sizeof(double));
+  memcpy(unit->memory, place += unit->n_outputs, n_memory * sizeof(double));
+  if (unit->has_stepped && signorom_set_memory(unit->context, place + n_memory))
+    return unit_say(unit, fmi3Error, signorom_message(unit->context));
+  return fmi3OK;
+}
+
+/* Asks the context for the answer whose outputs are known: the last one may be that of other inputs, and derivatives
+ * through a history take what is remembered as given. Returns whether there is none. */
+static int ask_again(unit_t *unit) {
+  if (!unit->remembers) return signorom_query(unit->context, unit->inputs, NULL);
+  return signorom_set_memory(unit->context, unit->memory) || advance(unit, unit->stepped, NULL);
 }
 
 fmi3Status unit_differentiate(unit_t *unit) {
   if (unit->has_gradient) return fmi3OK;
   const fmi3Status status = unit_evaluate(unit);
   if (status != fmi3OK) return status;
+  if (unit->remembers && !unit->has_stepped)
+    return unit_say(unit, fmi3Discard, "there are no derivatives before the first step");
   const int n = unit->sizes.n_parameters;
   const parts_t parts = parts_of(unit, unit->room, n);
   /* areas change only in steps, when a contact opens or closes, so their derivatives are 0 */
   memset(parts.areas, 0, (size_t)n * (size_t)unit->n_entries * sizeof(double));
-  /* the last answer of the context may be that of other inputs */
-  if (signorom_query(unit->context, unit->inputs, NULL) || signorom_differentiate(unit->context, 1, NULL, NULL) ||
+  if (ask_again(unit) || signorom_differentiate(unit->context, 1, NULL, NULL) ||
       signorom_get_resultant_gradient(unit->context, parts.forces, parts.moments) ||
       (unit->n_nodes > 0 &&
        signorom_get_displacement_gradient_at(unit->context, unit->n_nodes, unit->nodes, parts.displacement)))

@@ -43,6 +43,14 @@ typedef struct {
   double *room;     /* work space: multipliers, areas, forces, moments, displacements of an answer, or derivatives */
   bool is_current, has_gradient;
   double time;
+  /* Of a model with friction and a history (remembers), whose outputs are those of the last step: the first n_given
+   * inputs are parameters, which stay as they are from the first step on; then come the time, which is that of the
+   * steps, and the tables. */
+  bool remembers, has_stepped;
+  int n_given;
+  int n_memory;
+  double *memory;  /* memory of the context before the last step, [n_memory]; then room for as much */
+  double *stepped; /* inputs of the last step; [n_parameters] */
   fmi3InstanceEnvironment environment;
   fmi3LogMessageCallback log;
 } unit_t;
@@ -63,16 +71,26 @@ unit_t *unit_create(fmi3String token, fmi3String resources, fmi3InstanceEnvironm
                     fmi3LogMessageCallback log);
 /* Closes the model and frees the instance; null is allowed. */
 void unit_free(unit_t *unit);
-/* Sets the inputs to their start values, so that the outputs must be computed again. The time stays. */
+/* Sets the inputs to their start values, so that the outputs must be computed again, and where the model remembers
+ * begins its history again. The time stays. */
 void unit_reset(unit_t *unit);
+/* Goes to a time with the present inputs. Where the model remembers, this is the next time of its history; after a
+ * failure (fmi3Discard: the model has no answer) another step may be tried from the same state. fmi3Error: the time is
+ * not later, or a table of the parameters is not valid. */
+fmi3Status unit_step(unit_t *unit, double time);
+/* The state of an instance: its time and inputs, and where the model remembers the outputs and the memory. unit_save
+ * returns a copy for unit_restore that the caller frees; null without memory. `old` is one of these or null, and is
+ * used again. */
+double *unit_save(unit_t *unit, double *old);
+fmi3Status unit_restore(unit_t *unit, const double *state);
 /* Computes the outputs at the present inputs, unless they are known. fmi3Discard: the model has no answer, or no
  * displacement of a node; then there are no values. Inputs outside of the trained box give fmi3OK and a warning in the
- * log. */
+ * log. Where the model remembers, the outputs are those of the last step, and zeros before the first one. */
 fmi3Status unit_evaluate(unit_t *unit);
 /* Computes the derivatives of the outputs with respect to the inputs at the present inputs, towards larger inputs,
- * unless they are known. Those of areas are 0, as areas change in steps; so are those of the kinds from OUTPUT_BOUND
- * on, which are not used. fmi3Discard: there is no answer, or it or the displacement of a node of `nodes`
- * has no derivatives. */
+ * unless they are known; where the model remembers, those of the last step with respect to its tables. Those of areas
+ * are 0, as areas change in steps; so are those of the kinds from OUTPUT_BOUND on, which are not used. fmi3Discard:
+ * there is no answer, or it or the displacement of a node of `nodes` has no derivatives. */
 fmi3Status unit_differentiate(unit_t *unit);
 /* Gives a message to the log of the importer, and returns the status. */
 fmi3Status unit_say(const unit_t *unit, fmi3Status status, fmi3String message);

@@ -14,7 +14,7 @@ import numpy as np
 import yaml
 
 from signorom_post import __version__
-from signorom_post.answer import NoAnswerError
+from signorom_post.answer import Answer, NoAnswerError
 from signorom_post.errors import InputError
 from signorom_post.fmu_units import moment_unit, unit_definitions
 from signorom_post.library import loaded_library
@@ -51,15 +51,11 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> str:
 
     Its outputs are area, force and moment of each contact of the deck, the displacements of the nodes `tags` (numbers
     of the mesh file), the relative bounds of the errors of contact forces and displacements if the model gives them in
-    the middle of its box, and is_inside_box. InputError if a node is unknown, is named twice or has no displacement, or
-    if a library that the FMU needs is missing. NoAnswerError if the model has no answer in the middle of its box.
-    OSError if the model file cannot be read or the FMU cannot be written.
+    the middle of its box, and is_inside_box. With friction and a history they are those of the last step, and the
+    inputs are the tables; the parameters of the deck stay as they are. InputError if a node is unknown, is named twice
+    or has no displacement, or if a library that the FMU needs is missing. NoAnswerError if the model has no answer in
+    the middle of its box. OSError if the model file cannot be read or the FMU cannot be written.
     """
-    if (model.force_contacts != np.arange(len(model.force_contacts))).any():
-        raise InputError(
-            path,
-            "the model has friction or tied surfaces: FMUs of such models are not available, as friction remembers",
-        )
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
     nodes = places_of(model, path, tags)
@@ -123,7 +119,7 @@ def outputs_of(model: Model, tags: list[int]) -> list[Output]:
     mechanics = (yaml.safe_load(model.deck).get("mesh") or {}).get("model", "")
     axes = "rz" if mechanics == "axisymmetric" else "xyz"
     area = length if mechanics.startswith("plane") else f"{length}^2"
-    answer = model.query(nodes=[], **middle(model))
+    answer = answer_in_middle(model)
     n_dimensions, n_moments = answer.resultants.forces.shape[1], answer.resultants.moments.shape[1]
     turns = axes if n_moments > 1 else ["z" if mechanics.startswith("plane") else "rz"]
     outputs = []
@@ -157,10 +153,25 @@ def middle(model: Model) -> dict[str, float]:
     return {p.name: p.minimum + (p.maximum - p.minimum) / 2 for p in model.parameters}
 
 
+def answer_in_middle(model: Model) -> Answer:
+    """Returns the answer in the middle of the box; where the model remembers, that of a first step which goes there.
+
+    NoAnswerError if there is none.
+    """
+    values = middle(model)
+    if not model.remembers:
+        return model.query(nodes=[], **values)
+    names = list(values)
+    given = {name: values[name] for name in names[: model.n_given]}
+    tables = {name: values[name] for name in names[model.n_given + 1 :]}
+    with model.start(**given) as history:
+        return history.advance(values[names[model.n_given]], nodes=[], **tables)
+
+
 def refusal_of_gradient(model: Model) -> str:
     """Returns why the model has no derivatives in the middle of its box, where the FMU starts; empty if it has them."""
     try:
-        _ = model.query(nodes=[], **middle(model)).gradient
+        _ = answer_in_middle(model).gradient
     except NoAnswerError as error:
         return str(error)
     return ""
@@ -202,7 +213,8 @@ def description(model: Model, name: str, token: str, outputs: list[Output], has_
         "providesDirectionalDerivatives": differentiates,
         "providesAdjointDerivatives": differentiates,
     }
-    ET.SubElement(root, "ModelExchange", flags)
+    if not model.remembers:
+        ET.SubElement(root, "ModelExchange", flags)
     ET.SubElement(root, "CoSimulation", flags | {"canHandleVariableCommunicationStepSize": "true"})
     units = [parameter.unit for parameter in model.parameters] + [output.unit for output in outputs]
     root.append(unit_definitions(units))
@@ -214,11 +226,14 @@ def description(model: Model, name: str, token: str, outputs: list[Output], has_
     for k, output in enumerate(outputs):
         add_output(variables, output, 1 + n_inputs + k)
     structure = ET.SubElement(root, "ModelStructure")
-    dependencies = " ".join(str(1 + i) for i in range(n_inputs))
+    first = model.n_given + 1 if model.remembers else 0
+    dependencies = " ".join(str(1 + i) for i in range(first, n_inputs))
     for tag in ("Output", "InitialUnknown"):
         for k in range(len(outputs)):
             reference = str(1 + n_inputs + k)
-            ET.SubElement(structure, tag, valueReference=reference, dependencies=dependencies)
+            # before the first step nothing has happened, whatever the inputs are
+            known = "" if model.remembers and tag == "InitialUnknown" else dependencies
+            ET.SubElement(structure, tag, valueReference=reference, dependencies=known)
     ET.indent(root)
     return ET.tostring(root, encoding="utf-8", xml_declaration=True)
 
@@ -226,15 +241,19 @@ def description(model: Model, name: str, token: str, outputs: list[Output], has_
 def add_inputs(variables: ET.Element, model: Model) -> None:
     """Adds the parameters of the model to the element `variables` as inputs, which may change at any time.
 
-    Their value references count from 1. A parameter `time` gets the name `parameter.time`.
+    Their value references count from 1. A parameter `time` gets the name `parameter.time`. Where the model remembers,
+    those of the deck are parameters, and the time is the independent variable of the FMU.
     """
     start = middle(model)
     for i, parameter in enumerate(model.parameters):
+        is_fixed = model.remembers and i < model.n_given
+        if model.remembers and i == model.n_given:
+            continue
         attributes = {
             "name": parameter.name if parameter.name != "time" else "parameter.time",
             "valueReference": str(1 + i),
-            "causality": "input",
-            "variability": "continuous",
+            "causality": "parameter" if is_fixed else "input",
+            "variability": "fixed" if is_fixed else "continuous",
             "start": repr(start[parameter.name]),
             "min": repr(parameter.minimum),
             "max": repr(parameter.maximum),
@@ -265,10 +284,17 @@ def add_output(variables: ET.Element, output: Output, reference: int) -> None:
 def documentation(model: Model) -> str:
     """Returns a page in HTML that describes the model: its title and the text that `signorom describe` prints."""
     text = html.escape(model.describe())
+    inputs = "The inputs are its parameters."
+    if model.remembers:
+        inputs = (
+            "It has friction, which remembers: a step of the master is a step of the history, which begins at the time "
+            "0, where nothing has happened. Inputs are the tables at the end of the step, outputs are those of the last "
+            "step. Parameters stay as they are from the first step on."
+        )
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'
-        f"<body><h1>{html.escape(model.title)}</h1><p>A reduced contact model of Signorom. The inputs are its "
-        "parameters. Outside their ranges the outputs are extrapolations, and is_inside_box is false. Where the model "
+        f"<body><h1>{html.escape(model.title)}</h1><p>A reduced contact model of Signorom. "
+        f"{inputs} Outside their ranges the outputs are extrapolations, and is_inside_box is false. Where the model "
         f"has no answer, the FMU returns fmi3Discard.</p><pre>{text}</pre></body></html>\n"
     )
 
