@@ -128,8 +128,8 @@ contains
     logical, intent(in) :: gets_friction(:)
     type(unknowns_t), intent(out) :: unknowns
     logical, intent(out) :: is_undecided
-    real(rk), dimension(size(matrix, 1)) :: noise, slip_noise
-    real(rk) :: force(2), slip(2), softest
+    real(rk), dimension(size(matrix, 1)) :: diagonal, noise, slip_noise
+    real(rk) :: force(2), slip(2)
     integer :: i, k, n
 
     is_undecided = .false.
@@ -138,16 +138,18 @@ contains
     noise = rounding_of(rounding_of_data, matrix, step, solution, contacts%n_forces())
     ! a gap may be zero in data that were rounded; a slip is zero where nothing changes
     slip_noise = rounding_of(rounding, matrix, step, solution, contacts%n_forces())
-    softest = maxval([0.0_rk, (matrix(k, k), k=1, contacts%n_contacts)])
+    diagonal = [(matrix(k, k), k=1, size(matrix, 1))]
+    ! rows of bodies that only contact holds may have a zero diagonal
+    where (.not. diagonal > 0) diagonal = maxval(diagonal)
     do k = 1, contacts%n_contacts
       n = contacts%n_tangents(k)
       associate (normal => solution%lambda(k), rows => contacts%tangents(:n, k), f => step%friction(k), &
-        soft => merge(matrix(k, k), softest, matrix(k, k) > 0), largest => maxval(slip_noise(contacts%rows_of(k))))
+        largest => maxval(slip_noise(contacts%rows_of(k))))
         if (contacts%is_tied(k)) then
           call add_rows(unknowns%free, contacts%rows_of(k))
           cycle
         end if
-        if (solution%states(k) == contact_open .or. normal * soft <= noise(k)) then
+        if (solution%states(k) == contact_open .or. normal * diagonal(k) <= noise(k)) then
           if (solution%openings(k) > noise(k)) cycle
           is_undecided = is_undecided .or. f > 0 .or. (n > 0 .and. gets_friction(k))
           call add_rows(unknowns%grazing, [k])
@@ -163,7 +165,7 @@ contains
           is_undecided = is_undecided .or. norm2(slip) <= largest
           if (norm2(slip) > 0) unknowns%directions(:, k) = slip / norm2(slip)
           call add_rows(unknowns%free, [k])
-        else if ((f * normal - norm2(force)) * maxval([(matrix(rows(i), rows(i)), i=1, n)]) > largest) then
+        else if ((f * normal - norm2(force)) * maxval(diagonal(rows)) > largest) then
           call add_rows(unknowns%free, contacts%rows_of(k))
         else if (.not. norm2(force) > 0) then
           is_undecided = .true.
