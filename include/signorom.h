@@ -411,7 +411,7 @@ int signorom_get_friction_fields(signorom_context *context, double *traction, do
  * this function after each signorom_advance from the first one on, in the same direction where is_one_sided is 1. A
  * time without derivatives with respect to the time or a table alone does not matter to later times. The other values
  * of a state, the time and the tables, change at their own time alone. SIGNOROM_NO_ANSWER also if the derivatives of an
- * earlier time are missing, or if a contact with friction touches without a force. */
+ * earlier time are missing, or if beside the point a contact with friction closes that touches without a force. */
 int signorom_differentiate(signorom_context *context, int direction, int *n_grazing, int *is_one_sided);
 /* Gives the derivatives of the contact forces [n_parameters][n_contacts]. This call and the next three return
  * SIGNOROM_BAD_ARGUMENT unless signorom_differentiate succeeded after the last query. */

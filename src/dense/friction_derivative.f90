@@ -15,7 +15,9 @@
 !>     lambda_t' = (f lambda_n)' d + lambda_e' e - y d,  v_e' = 0,  slip' = x d,  0 <= x, y >= 0, x y = 0.
 !>
 !> These x and y are the solution of a small complementarity problem, and the derivative in the opposite direction is in general
-!> not just the negative of this one. Where the state is at a border in other ways, there is no derivative.
+!> not just the negative of this one. Where a contact with friction has neither a force nor a gap, there is a derivative in the
+!> directions in which it does not close, as in those that change nothing; where one without friction gets friction and does not
+!> slip, in the other directions.
 module sig_friction_derivative
   use sig_dense_kernels, only: multiply
   use sig_friction_types, only: contact_open, friction_contacts_t, friction_solution_t
@@ -46,8 +48,8 @@ module sig_friction_derivative
     logical, allocatable :: is_one_sided(:)
     !> number of contacts at the border of two states
     integer :: n_grazing = 0
-    !> a contact is at a border where there is no derivative; then the derivatives are of no use
-    logical :: is_undecided = .false.
+    !> directions without a derivative, because of a contact at a border; shape (n_directions)
+    logical, allocatable :: is_undecided(:)
     !> the matrix of the closed rows is singular, or x and y were not found; then the derivatives are of no use
     logical :: is_singular = .false.
   end type friction_derivative_t
@@ -69,6 +71,9 @@ module sig_friction_derivative
     type(unknown_t), allocatable :: grazing(:)
     !> zero where a contact does not slip; shape (2, n_contacts)
     real(rk), allocatable :: directions(:, :)
+    !> contacts with friction that have neither a force nor a gap, and those that get friction and do not slip; 1-based
+    integer, allocatable :: touching(:)
+    integer, allocatable :: resting(:)
   end type unknowns_t
 
 contains
@@ -89,10 +94,9 @@ contains
     type(unknowns_t) :: unknowns
     integer :: i, k
 
-    call list_unknowns(matrix, contacts, step, solution, any(abs(friction) > 0, dim=2), unknowns, derivative%is_undecided)
-    derivative%n_grazing = size(unknowns%grazing)
-    allocate (derivative%is_one_sided(size(openings, 2)), source=.false.)
-    if (derivative%is_undecided) return
+    call list_unknowns(matrix, contacts, step, solution, any(abs(friction) > 0, dim=2), unknowns)
+    derivative%n_grazing = size(unknowns%grazing) + size(unknowns%touching) + size(unknowns%resting)
+    allocate (derivative%is_one_sided(size(openings, 2)), derivative%is_undecided(size(openings, 2)), source=.false.)
     known = 0
     do k = 1, contacts%n_contacts
       associate (rows => contacts%tangents(:contacts%n_tangents(k), k))
@@ -115,11 +119,32 @@ contains
       ! rounding must not add up over many steps
       if (unknowns%free(k)%n_equation == 1) derivative%openings(unknowns%free(k)%rows(1), :) = 0
     end do
+    call decide(matrix, unknowns, openings, friction, derivative)
   end subroutine differentiate_friction
 
-  !> Sets the unknowns. is_undecided: a contact with friction has neither a force nor a gap, or a contact that does not slip gets
-  !> friction.
-  subroutine list_unknowns(matrix, contacts, step, solution, gets_friction, unknowns, is_undecided)
+  !> Sets is_undecided, and is_one_sided where a contact with friction opens that has no gap.
+  pure subroutine decide(matrix, unknowns, openings, friction, derivative)
+    real(rk), intent(in) :: matrix(:, :)
+    type(unknowns_t), intent(in) :: unknowns
+    real(rk), intent(in) :: openings(:, :)
+    real(rk), intent(in) :: friction(:, :)
+    type(friction_derivative_t), intent(inout) :: derivative
+    real(rk) :: noise
+    integer :: i, k
+
+    do i = 1, size(openings, 2)
+      do k = 1, size(unknowns%touching)
+        associate (row => unknowns%touching(k))
+          noise = rounding_of_data * (abs(openings(row, i)) + sum(abs(matrix(row, :) * derivative%forces(:, i))))
+          derivative%is_undecided(i) = derivative%is_undecided(i) .or. derivative%openings(row, i) < -noise
+          derivative%is_one_sided(i) = derivative%is_one_sided(i) .or. derivative%openings(row, i) > noise
+        end associate
+      end do
+      derivative%is_undecided(i) = derivative%is_undecided(i) .or. any(abs(friction(unknowns%resting, i)) > 0)
+    end do
+  end subroutine decide
+
+  subroutine list_unknowns(matrix, contacts, step, solution, gets_friction, unknowns)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_step_t), intent(in) :: step
@@ -127,13 +152,11 @@ contains
     !> whether the coefficient of friction changes, shape (n_contacts)
     logical, intent(in) :: gets_friction(:)
     type(unknowns_t), intent(out) :: unknowns
-    logical, intent(out) :: is_undecided
     real(rk), dimension(size(matrix, 1)) :: diagonal, noise, slip_noise
     real(rk) :: force(2), slip(2)
     integer :: i, k, n
 
-    is_undecided = .false.
-    allocate (unknowns%free(0), unknowns%grazing(0))
+    allocate (unknowns%free(0), unknowns%grazing(0), unknowns%touching(0), unknowns%resting(0))
     allocate (unknowns%directions(2, contacts%n_contacts), source=0.0_rk)
     noise = rounding_of(rounding_of_data, matrix, step, solution, contacts%n_forces())
     ! a gap may be zero in data that were rounded; a slip is zero where nothing changes
@@ -151,8 +174,11 @@ contains
         end if
         if (solution%states(k) == contact_open .or. normal * diagonal(k) <= noise(k)) then
           if (solution%openings(k) > noise(k)) cycle
-          is_undecided = is_undecided .or. f > 0 .or. (n > 0 .and. gets_friction(k))
-          call add_rows(unknowns%grazing, [k])
+          if (f > 0 .or. (n > 0 .and. gets_friction(k))) then
+            unknowns%touching = [unknowns%touching, k]
+          else
+            call add_rows(unknowns%grazing, [k])
+          end if
           cycle
         end if
         force = 0
@@ -162,13 +188,17 @@ contains
         if (n == 0 .or. .not. (f > 0 .or. gets_friction(k))) then
           call add_rows(unknowns%free, [k])
         else if (.not. f > 0) then
-          is_undecided = is_undecided .or. norm2(slip) <= largest
-          if (norm2(slip) > 0) unknowns%directions(:, k) = slip / norm2(slip)
+          if (norm2(slip) > largest) then
+            unknowns%directions(:, k) = slip / norm2(slip)
+          else
+            unknowns%resting = [unknowns%resting, k]
+          end if
           call add_rows(unknowns%free, [k])
         else if ((f * normal - norm2(force)) * maxval(diagonal(rows)) > largest) then
           call add_rows(unknowns%free, contacts%rows_of(k))
         else if (.not. norm2(force) > 0) then
-          is_undecided = .true.
+          ! friction that is only rounding
+          unknowns%touching = [unknowns%touching, k]
         else
           associate (d => unknowns%directions(:, k))
             d = force / norm2(force)

@@ -37,8 +37,8 @@ module sig_condensed_model
     'which are missing: they were not asked for at each time from the first one on, or one of these times has none'
   character(*), parameter :: other_side = 'the derivatives at an earlier time of this history differ between both ' // &
     'directions, and were asked for in the other one'
-  character(*), parameter :: at_border = 'the contact forces have no derivative at this point: a contact with friction ' // &
-    'touches without a force, or gets friction where it does not slip'
+  character(*), parameter :: at_border = 'the contact forces have no derivative at this point: beside it, a contact with ' // &
+    'friction closes that touches without a force here, or a contact gets friction that does not slip here'
   character(*), parameter :: pushed = 'the contact forces have no derivative at this point: beside it, on the side of ' // &
     'this direction, the loads move a body that no contact force holds here'
 
@@ -636,12 +636,13 @@ contains
       call now%differentiate(room%memory, gradient%sizes(compliance%opening_terms(answer%theta, room%point), changes), &
         steps%laws%friction_at(answer%theta), gradient%direction * changes, gradient%direction * friction, &
         gradient%direction * origins, derivative)
-      if (derivative%is_undecided) then
-        message = at_border
-      else if (derivative%is_singular) then
+      if (derivative%is_singular) then
         message = not_unique
+      else if (any(derivative%is_undecided)) then
+        message = at_border
       end if
-      if (allocated(message)) return
+      ! the next time needs derivatives over what is the same at all times
+      if (derivative%is_singular .or. any(derivative%is_undecided(:n_given))) return
       call gradient%take_step(derivative, compliance%anchors)
       call room%changes%keep(origins(:, :n_given) - gradient%direction * derivative%openings(:, :n_given), &
         gradient%is_one_sided(:n_given), gradient%direction)

@@ -168,13 +168,25 @@ def test_time_that_changes_nothing(post, blocks):
         assert np.abs(held.gradient.multipliers[4] - held.backward_gradient.multipliers[4]).max() > 0.01
 
 
-def test_no_derivative(post, blocks):
-    """Contacts that touch without a force."""
-    with post.Model(blocks) as model, model.start(P=4, mu=0.35) as history:
-        with pytest.warns(post.ExtrapolationWarning):
-            answer = history.advance(1.0, load=0.0, shear=0.0)
+@pytest.mark.filterwarnings("ignore:the model extrapolates")
+def test_nothing_is_loaded_yet(signorom, post, tmp_path):
+    """Contacts touch without a force: a load would close them, and parameters that change nothing here matter later."""
+    loads = "loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]"
+    pushed = '{boundary: top, displacement: {x: "1e-6 * shear", y: "-1e-6 * load"}}'
+    held = "boundary_conditions: ["
+    deck = write_deck(tmp_path, 2, **{loads: "loads: []", held: f"{held}{pushed}, "})
+    steps = [(1.0, 0.0, 0.0), (2.0, 3.0, 0.1), (3.0, 3.0, 6.0)]
+    given = {"P": 4.0, "mu": 0.35}
+    with post.Model(trained(signorom, deck)) as model:
+        nodes = model.nodes[0]
+        answer = walk(model, given, steps[:1], nodes)
         with pytest.raises(post.NoAnswerError, match="touches without a force"):
             _ = answer.gradient
+        gradient = walk(model, given, steps, nodes).gradient
+        assert not gradient.is_one_sided.any()
+        wanted = difference(lambda step: walk(model, given | {"mu": given["mu"] + step}, steps, nodes), 0.7)
+        assert np.linalg.norm(wanted[0]) > 0.1
+        compare((gradient.multipliers[1], gradient.displacement[1]), wanted)
 
 
 def test_tied_surfaces(signorom, post, tmp_path):
