@@ -719,6 +719,20 @@ PLANTED = [
         "unit.dense.test_friction_problem",
     ),
     Planted(
+        SRC + "dense/friction_derivative.f90",
+        "[k, rows], [1.0_rk, f * d(:n)], 1)",
+        "[k, rows], [1.0_rk, -f * d(:n)], 1)",
+        "friction grows against the normal force in derivatives",
+        "unit.dense.test_friction_derivative",
+    ),
+    Planted(
+        SRC + "online/condensed_model.f90",
+        "origins(:, :n_given) - gradient%direction * derivative",
+        "origins(:, :n_given) + gradient%direction * derivative",
+        "derivatives carry slips backwards",
+        "integration.test_friction_gradients",
+    ),
+    Planted(
         SRC + "dense/friction_newton.f90",
         "[1.0_rk, friction(k) * d(:size(rows))], 1, n)",
         "[1.0_rk, -friction(k) * d(:size(rows))], 1, n)",

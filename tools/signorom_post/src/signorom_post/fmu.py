@@ -154,7 +154,7 @@ def middle(model: Model) -> dict[str, float]:
 
 
 def answer_in_middle(model: Model) -> Answer:
-    """Returns the answer in the middle of the box; where the model remembers, that of a first step which goes there.
+    """Returns the answer in the middle of the box; where the model remembers, after one step to the last trained time.
 
     NoAnswerError if there is none.
     """
@@ -165,7 +165,7 @@ def answer_in_middle(model: Model) -> Answer:
     given = {name: values[name] for name in names[: model.n_given]}
     tables = {name: values[name] for name in names[model.n_given + 1 :]}
     with model.start(**given) as history:
-        return history.advance(values[names[model.n_given]], nodes=[], **tables)
+        return history.advance(model.times[-1], nodes=[], **tables)
 
 
 def refusal_of_gradient(model: Model) -> str:
