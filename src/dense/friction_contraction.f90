@@ -4,14 +4,14 @@
 !>
 !> Given limits r of the tangential forces (Tresca's friction), the problem is convex. Let lambda_1, lambda_2 be its answers for r_1
 !> and r_2, delta their difference, and s_1, s_2 the slips, so that delta_t . (s_1 - s_2) = -delta_t . (W delta)_t. Normal forces
-!> and gaps are complementary, and lambda_t . s = r |s| while other admissible forces have at most this. So
+!> and gaps are complementary, and lambda_t . s = r |s|, while other admissible forces have at most this. So
 !>
 !>     delta' W delta <= sum (r_1 - r_2) (|s_2| - |s_1|) <= sum |r_1 - r_2| |(W delta)_t| = z' W delta <= |z|_W |delta|_W
 !>
-!> where z is tangential, and as long as r_1 - r_2 at each contact: |delta|_W <= |z|_W. With r = f lambda_n, and D^2 the largest W_tt
-!> of each contact, z' W z <= a |D z|^2, where a bounds the eigenvalues of D^-1 W_tt D^-1, and |D lambda_n|^2 <= b lambda' W lambda,
-!> where b bounds those of D (W^-1)_nn D. So the limits of friction that follow the forces make a map of forces whose contraction in
-!> the norm of W is at most
+!> where z is tangential, and as long as r_1 - r_2 at each contact: |delta|_W <= |z|_W. With r = f lambda_n, and D^2 the largest
+!> W_tt of each contact, z' W z <= a |D z|^2, where a bounds the eigenvalues of D^-1 W_tt D^-1; and |D delta_n|^2 <=
+!> b delta' W delta, where b bounds those of D (W^-1)_nn D. So the limits of friction that follow the forces make a map of forces
+!> whose contraction in the norm of W is at most
 !>
 !>     kappa = max(f) sqrt(a b)
 !>

@@ -155,7 +155,8 @@ contains
   end subroutine take_body
 
   !> Solves one point that is no state of a history which remembers, and measures its residuals and reactions; with friction it
-  !> counts its solutions. The reason in `state` says whether it has a solution. Requires: check_points accepted the point. Collective.
+  !> counts its solutions. The reason in `state` says whether it has a solution. Requires: check_points accepted the point.
+  !> Collective.
   subroutine solve(self, problem, point, state, ierr)
     class(point_solver_t), intent(inout) :: self
     type(problem_t), intent(in) :: problem

@@ -172,10 +172,10 @@ contains
       dot_product(answer%unknowns, opening - point%opening), point, answer)
   end subroutine certify_own
 
-  !> Sets the bound of the error of a step with friction or ties, for the places from which its slips count: the size |rho|, in the
-  !> norm of W^-1, of a change of gaps and slips for which the answer is exact, over 1 - kappa (sig_friction_contraction). Where kappa
-  !> is not known or at least 1, it is |rho| itself, the backward error, which is no bound. Both say nothing of the errors of earlier
-  !> steps. Requires: is_valid.
+  !> Sets the bound of the error of a step with friction or ties, for the places from which its slips count: the size |rho|, in
+  !> the norm of W^-1, of a change of gaps and slips for which the answer is exact, over 1 - kappa (sig_friction_contraction).
+  !> Where kappa is not known or at least 1, it is |rho| itself, the backward error, which is no bound. Both say nothing of the
+  !> errors of earlier steps. Requires: is_valid.
   subroutine certify_step(self, compliance, laws, contraction, memory, point, opening, answer)
     class(condensed_certificate_t), intent(in) :: self
     !> the one that create was called with

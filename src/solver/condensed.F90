@@ -60,7 +60,8 @@ module sig_condensed
     real(rk) :: scale = 1
     !> [-] H is kept if it takes at most this share of the memory of the machine on all ranks together
     real(rk) :: memory_share = 1.0_rk / 16
-    !> whether steps with friction are solved from other starts, too, to count their solutions: that takes two to three times as long
+    !> whether steps with friction are solved from other starts, too, to count their solutions: that takes up to three times as
+    !> long
     logical :: counts_solutions = .false.
     !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
     !> displacement for its scaled opening

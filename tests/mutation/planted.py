@@ -852,6 +852,13 @@ PLANTED = [
         "integration.test_friction_outputs",
     ),
     Planted(
+        SRC + "workflow/training/training.F90",
+        "to_text(n_times - modulo(i_state - 1, n_times))",
+        "to_text(n_times)",
+        "training says that the whole history is lost",
+        "integration.test_friction",
+    ),
+    Planted(
         SRC + "mechanics/contact_laws.f90",
         "forces(:self%n_contacts) > 0 .or. self%is_tied",
         "forces(:self%n_contacts) > 0",
