@@ -306,12 +306,13 @@ contains
   !> Logs the parts' notes of bounds.
   subroutine say_notes(online)
     type(online_model_t), intent(in) :: online
+    character(:), allocatable :: note
     integer :: i
 
     do i = 1, size(online%model%parts)
-      associate (note => online%model%parts(i)%reduced%note_of_bounds())
-        if (note /= '') call log_info(note)
-      end associate
+      ! gfortran 12 frees a text twice that `associate` names
+      note = online%model%parts(i)%reduced%note_of_bounds()
+      if (note /= '') call log_info(note)
     end do
   end subroutine say_notes
 
