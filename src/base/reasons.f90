@@ -38,6 +38,8 @@ module sig_reasons
   integer, parameter, public :: reason_driven = -19
   !> the model remembers, and a state was asked alone
   integer, parameter, public :: reason_needs_history = -20
+  !> a coefficient of friction is negative there
+  integer, parameter, public :: reason_no_friction = -21
 
   ! reasons of a dense complementarity problem
   !> an entry of the matrix or of q is not finite
@@ -108,6 +110,8 @@ contains
       text = 'Young''s modulus is not positive at this point, or Poisson''s ratio is not between -1 and 0.5'
     case (reason_driven)
       text = 'there is no equilibrium: the loads drive a body in a motion that nothing holds'
+    case (reason_no_friction)
+      text = 'a coefficient of friction is negative at this point'
     case (reason_needs_history)
       text = 'friction remembers: a state depends on those before it; ask for the history from its beginning'
     case default

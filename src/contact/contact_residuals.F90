@@ -178,7 +178,7 @@ contains
     opening = system%gap(theta) - system%rows%apply(state%displacement)
     displacement_size = largest_size(state%displacement)
     n_contacts = system%laws%n_contacts
-    call compare_friction(system, state, excess, wasted)
+    call compare_friction(system, state, opening, excess, wasted)
     smallest_force = smallest_share * max(system%stiffness_size * displacement_size, sizes%force)
     associate (r => state%residuals)
       r%equilibrium = relative(largest(1), maxval([smallest_force, largest(2:)]))
@@ -196,9 +196,11 @@ contains
   end subroutine compare
 
   !> Compares tangential forces with the law of friction. Both results are 0 without friction. Local.
-  pure subroutine compare_friction(system, state, excess, wasted)
+  pure subroutine compare_friction(system, state, opening, excess, wasted)
     type(contact_system_t), intent(in) :: system
     type(contact_state_t), intent(in) :: state
+    !> [length] D - B u, shape (n_rows)
+    real(rk), intent(in) :: opening(:)
     !> [force] largest |lambda_t| - f lambda_n, at least 0
     real(rk), intent(out) :: excess
     !> [force*length] sum of |f lambda_n |slip| - lambda_t . slip|: the work by which friction misses its largest possible one; of
@@ -210,7 +212,7 @@ contains
     excess = 0
     wasted = 0
     if (.not. allocated(state%friction)) return
-    places = system%rows%apply(state%displacement) - state%origins
+    places = -opening - state%origins
     do k = 1, system%laws%n_contacts
       associate (rows => system%laws%tangents(:system%laws%n_tangents(k), k))
         associate (force => state%multipliers(rows), slip => places(rows), limit => state%friction(k) * state%multipliers(k))

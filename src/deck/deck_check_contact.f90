@@ -50,7 +50,7 @@ contains
     end associate
   end subroutine check_contact
 
-  !> Checks that the coefficient of friction is finite and not negative, and that a tied entry has none.
+  !> Checks that the coefficient of friction is finite and not negative, and that a tied entry has neither this nor a gap.
   subroutine check_law(tree, path, config, entry)
     type(deck_tree_t), intent(inout) :: tree
     !> key path of the contact entry
@@ -58,6 +58,8 @@ contains
     type(deck_config_t), intent(in) :: config
     type(contact_config_t), intent(in) :: entry
 
+    if (entry%tied /= 'false' .and. entry%has_initial_gap) call tree%report_at(path // '.initial_gap', &
+      'and tied exclude each other', 'tied surfaces keep the gaps and overlaps of the mesh as they are')
     if (.not. entry%has_friction) return
     if (entry%tied == 'false') then
       call check_range(tree, path // '.friction', config, entry%friction, 0.0_rk, huge(1.0_rk), '', may_be_bound=.true.)

@@ -46,7 +46,7 @@ contains
     allocate (motion_terms(size(terms%coordinate_names), size(deck%contact)), source=0)
     do i = 1, size(deck%contact)
       associate (entry => deck%contact(i))
-        if (.not. (entry%has_obstacle .and. (entry%has_friction .or. entry%tied == 'true'))) cycle
+        if (.not. (entry%has_obstacle .and. (entry%has_friction .or. entry%tied /= 'false'))) cycle
         do k = 1, size(entry%obstacle%place)
           associate (place => entry%obstacle%place(k))
             if (place%uses_history) call terms%add_expression('(' // place%text // ') - (' // &
@@ -58,7 +58,7 @@ contains
   end subroutine add_motion_terms
 
   !> Makes the laws of the contacts, and the rows of all their forces: normal rows, then tangential rows. Tied contacts have no gap,
-  !> whatever the mesh has. Errors: a contact whose nodes have too few free directions for friction.
+  !> whatever the mesh has, but follow an obstacle. Errors: a contact whose nodes have too few free directions for friction.
   subroutine create_contact_laws(deck, mesh, boundary, friction_terms, motion_terms, normal, force_rows, laws, error)
     type(deck_config_t), intent(in) :: deck
     type(mesh_t), intent(in) :: mesh
@@ -80,7 +80,10 @@ contains
     do k = 1, normal%n_rows
       associate (entry => deck%contact(normal%contact_entry(k)))
         laws%is_tied(k) = entry%tied /= 'false'
-        if (laws%is_tied(k)) normal%gap(k, :) = 0
+        if (laws%is_tied(k)) then
+          normal%gap(k, :) = 0
+          call add_motion(motion_terms, normal, k)
+        end if
         if (.not. entry%has_friction) cycle
         laws%friction_terms(k) = friction_terms(normal%contact_entry(k))
         laws%friction_factors(k) = merge(entry%friction%constant, 1.0_rk, entry%friction%is_constant)
@@ -92,7 +95,9 @@ contains
       call create_tangential_rows(normal, contact%has_friction .or. contact%tied == 'true', mesh%coordinates, &
         boundary%is_prescribed, is_held, tangential)
     end associate
-    call move_obstacles(motion_terms, tangential)
+    do k = 1, tangential%rows%n_rows
+      call add_motion(motion_terms, tangential%rows, k)
+    end do
     if (tangential%rows%n_rows > 0) call check_directions(deck, mesh, boundary%is_prescribed, normal, tangential, error)
     laws%tangents = tangential%rows_of_contacts(normal%n_rows)
     do k = 1, tangential%rows%n_rows
@@ -105,21 +110,21 @@ contains
     force_rows%areas(normal%n_rows + 1:) = 0
   end subroutine create_contact_laws
 
-  !> Sets the gaps of tangential rows to the motion of their obstacle along the tangent: surfaces slip by B_t u less this motion.
-  pure subroutine move_obstacles(motion_terms, tangential)
+  !> Adds to the gap of a row without one the motion of its obstacle along the row: the surface closes or slips by B u less this
+  !> motion.
+  pure subroutine add_motion(motion_terms, rows, row)
     !> of add_motion_terms
     integer, intent(in) :: motion_terms(:, :)
-    type(tangential_rows_t), intent(inout) :: tangential
-    integer :: i, k
+    type(contact_rows_t), intent(inout) :: rows
+    integer, intent(in) :: row
+    integer :: i
 
-    do k = 1, tangential%rows%n_rows
-      associate (direction => direction_of(tangential%rows, k), terms => motion_terms(:, tangential%rows%contact_entry(k)))
-        do i = 1, size(terms)
-          if (terms(i) > 0) tangential%rows%gap(k, terms(i)) = direction(i)
-        end do
-      end associate
-    end do
-  end subroutine move_obstacles
+    associate (direction => direction_of(rows, row), terms => motion_terms(:, rows%contact_entry(row)))
+      do i = 1, size(terms)
+        if (terms(i) > 0) rows%gap(row, terms(i)) = direction(i)
+      end do
+    end associate
+  end subroutine add_motion
 
   !> Errors: find_dependent finds a contact.
   subroutine check_directions(deck, mesh, is_prescribed, normal, tangential, error)

@@ -21,6 +21,7 @@ module sig_contact_laws
     procedure :: have_friction
     procedure :: are_closed
     procedure :: friction_at
+    procedure :: has_negative_friction
     procedure :: contacts_of_forces
   end type contact_laws_t
 
@@ -76,6 +77,20 @@ contains
 
     are_closed = forces(:self%n_contacts) > 0 .or. self%is_tied
   end function are_closed
+
+  !> Whether a coefficient of friction is negative. It allocates nothing.
+  pure logical function has_negative_friction(self, theta)
+    class(contact_laws_t), intent(in) :: self
+    !> [-] shape (n_terms)
+    real(rk), intent(in) :: theta(:)
+    integer :: k
+
+    do k = 1, self%n_contacts
+      has_negative_friction = self%friction_factors(k) * theta(self%friction_terms(k)) < 0
+      if (has_negative_friction) return
+    end do
+    has_negative_friction = .false.
+  end function has_negative_friction
 
   !> Returns the coefficients of friction [-] for given values of the terms, shape (n_contacts).
   pure function friction_at(self, theta) result(friction)

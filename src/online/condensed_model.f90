@@ -22,7 +22,8 @@ module sig_condensed_model
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
-  use sig_reasons, only: reason_no_material, reason_outside, reason_pulled_off, reason_ray
+  use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_pulled_off, &
+    reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
@@ -267,6 +268,10 @@ contains
     logical :: is_valid
 
     answer%reason = reason_no_material
+    if (steps%laws%has_negative_friction(theta)) then
+      answer%reason = reason_no_friction
+      return
+    end if
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
     if (steps%laws%remembers()) then

@@ -303,8 +303,9 @@ def test_memory(post, results):
         ({"friction: mu": "friction: mu - 1"}, "it must be at least 0"),
         ({"friction: mu": "friction: 1 / (mu - 0.3)"}, "which is not finite at"),
         ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
+        ({"friction: mu": "initial_gap: 0.01, tied: true"}, "and tied exclude each other"),
     ],
-    ids=["active_set", "gamg", "hhr", "clusters", "negative", "nan", "tied"],
+    ids=["active_set", "gamg", "hhr", "clusters", "negative", "nan", "tied", "tied gap"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
     """Exit code 2 and a sentence before anything is solved."""
@@ -429,3 +430,24 @@ def test_tied_along_the_normal(signorom, tmp_path):
     assert set(table["status"]) == {"converged"}
     assert table["contact_1_force_y"][7] == pytest.approx(4, rel=1e-9)
     assert table["contact_1_force_x"][5] == pytest.approx(0, abs=1e-12)
+
+
+def test_negative_friction_has_no_answer(signorom, results, tmp_path):
+    """Outside of the box, where a coefficient is negative, the model does not answer as if there were none."""
+    model = results / "model.h5"
+    done = signorom.run("predict", model, "--at", "P=4,mu=-0.3", "--output", "t.csv", folder=tmp_path)
+    assert done.returncode == 3
+    assert "a coefficient of friction is negative" in (tmp_path / "t.csv").read_text()
+
+
+def test_contact_force_is_that_of_normal_forces(post, results):
+    """In Python as in the table of predict: friction is no part of it."""
+    with post.Model(results / "model.h5") as model:
+        histories = model.query_history(np.array([[4.0, 0.3]]))
+        n_normal = np.sum(model.force_contacts == np.arange(len(model.force_contacts)))
+        assert n_normal < len(model.force_contacts)
+        wanted = histories.multipliers[..., :n_normal].sum(axis=-1)
+        np.testing.assert_array_equal(histories.contact_force, wanted)
+        with model.start(P=4.0, mu=0.3) as history:
+            answer = history.advance(model.times[0])
+        assert answer.contact_force == pytest.approx(answer.multipliers[:n_normal].sum(), rel=1e-14)

@@ -769,8 +769,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "full_order/friction_building.f90",
-        "tangential%rows%gap(k, terms(i)) = direction(i)",
-        "tangential%rows%gap(k, terms(i)) = -direction(i)",
+        "rows%gap(row, terms(i)) = direction(i)",
+        "rows%gap(row, terms(i)) = -direction(i)",
         "an obstacle rubs against its motion",
         "verification.test_friction$",
     ),

@@ -94,7 +94,7 @@ def study_random(signorom, folder, seed):
 
 
 def random_history(random, tables):
-    """Times and values of tables that go to and fro between their ends, pressed most of the time."""
+    """Times and values of tables that turn round again and again between their ends; what presses does so always."""
     times = np.arange(1, 13) / 2
     values = {}
     for name, table in tables.items():

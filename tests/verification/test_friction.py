@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Coulomb friction over histories: random blocks against sweeps, and problems with closed forms (D21 to D28)."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -169,7 +170,7 @@ def test_half_of_a_symmetric_body(signorom, tmp_path, figures, element, tied):
 FLAT_RADIUS = 1e5
 
 
-def solve_against_obstacle(signorom, folder, n_dim, shape, obstacle_moves):
+def solve_against_obstacle(signorom, folder, n_dim, shape, obstacle_moves, law="friction: 0.3"):
     """A block that is pressed against a rough obstacle and rubs on it; either of them moves, the other one stands.
 
     The tables do not begin at 0: an obstacle moves by what they change since the time 0, and by no parameter.
@@ -210,7 +211,7 @@ history:
   steps: [{{until: 3, increments: 12}}]
 materials: {{soft: {{regions: [block], young_modulus: 10, poisson_ratio: 0.3}}}}
 boundary_conditions: [{{boundary: bottom, displacement: {{{", ".join(held)}}}}}]
-contact: [{{first: face, obstacle: {{type: {shape}, {where}}}{direction}, friction: 0.3}}]
+contact: [{{first: face, obstacle: {{type: {shape}, {where}}}{direction}, {law}}}]
 output: {{points: [{{place: 0.2, depth: 0.03}}, {{place: 0.9, depth: 0.02}}]}}
 """)
     signorom("solve", folder / "block.yaml", folder=folder)
@@ -236,7 +237,29 @@ def test_obstacle_that_moves(signorom, tmp_path, figures, n_dim, shape):
     for deck in decks:
         works = read_report(deck.parent, "block")["points"].values()
         assert max(point["work"]["residual"] for point in works) <= BALANCE
+        assert max(point["residuals"]["complementarity"] for point in works) <= BALANCE
     assert max(abs(point["work"]["gaps"]) for point in works) <= 1e-12
+
+
+@pytest.mark.parametrize("shape", ["half_space", "sphere"])
+def test_tied_obstacle_that_moves(signorom, tmp_path, shape):
+    """It takes the face along, as a prescribed displacement of the face does; nothing opens."""
+    deck = solve_against_obstacle(
+        signorom, tmp_path / "obstacle", 2, shape, obstacle_moves=True, law="tied: true"
+    )
+    moved = read_displacements(deck, 2)
+    table = read_table(results_of(deck) / "history.csv")
+    coordinates = blocks_coordinates(deck)
+    face = np.isclose(coordinates[:, 1], 0.6)
+    for k in range(len(table["time"])):
+        wanted = [table["along"][k] - 0.3, -(table["press"][k] - 0.1)]
+        np.testing.assert_allclose(moved[k][face], np.broadcast_to(wanted, (face.sum(), 2)), atol=1e-12)
+
+
+def blocks_coordinates(deck):
+    """Of the mesh of a deck in the plane."""
+    with h5py.File(results_of(deck) / "fields.h5") as file:
+        return file["mesh/coordinates"][:, :2]
 
 
 def test_block_that_friction_holds(signorom, tmp_path, figures):

@@ -249,6 +249,7 @@ class Answer:
     #: returns the derivatives towards larger (1) or smaller (-1) values of the parameters
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
     _areas: FloatArray = field(repr=False, compare=False)
+    _n_normal: int = field(repr=False, compare=False)
 
     @cached_property
     def gradient(self) -> Gradient:
@@ -269,13 +270,13 @@ class Answer:
 
     @cached_property
     def pressure(self) -> FloatArray:
-        """Contact pressures [force unit / area unit], NaN if a contact has no area; shape (n_contacts)."""
+        """Contact pressures [force unit / area unit], NaN without an area, as at tangential forces; (n_contacts)."""
         return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> float:
-        """Sum of the sizes of all contact forces, whatever their directions [force unit of the model].
+        """Sum of the sizes of all normal contact forces, whatever their directions [force unit of the model].
 
-        `resultants` has the forces as vectors.
+        `resultants` has the forces as vectors, with friction.
         """
-        return float(self.multipliers.sum())
+        return float(self.multipliers[: self._n_normal].sum())

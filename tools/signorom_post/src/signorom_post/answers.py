@@ -55,22 +55,23 @@ class Answers:
     #: as in Answer; 0 without an answer
     n_free_motions: IntArray
     _areas: FloatArray = field(repr=False)
+    _n_normal: int = field(repr=False)
 
     @cached_property
     def pressure(self) -> FloatArray:
         """Contact pressures [force unit / area unit], shape (n_points, n_contacts).
 
-        NaN at points without an answer and at contacts without an area.
+        NaN at points without an answer, at contacts without an area, and at tangential forces.
         """
         return pressure_of(self.multipliers, self._areas)
 
     @property
     def contact_force(self) -> FloatArray:
-        """Sum of the sizes of all contact forces at each point, whatever their directions; shape (n_points).
+        """Sum of the sizes of all normal contact forces at each point, whatever their directions; shape (n_points).
 
         The unit is the force unit of the model. NaN at points without an answer.
         """
-        return self.multipliers.sum(axis=-1)
+        return self.multipliers[..., : self._n_normal].sum(axis=-1)
 
     def __len__(self) -> int:
         return len(self.points)
@@ -84,7 +85,7 @@ def with_time_axis(answers: Answers, shape: tuple[int, int]) -> Answers:
     parts: dict[str, Any] = {
         part.name: np.reshape(getattr(answers, part.name), shape + getattr(answers, part.name).shape[1:])
         for part in fields(answers)
-        if part.name not in ("resultants", "_areas")
+        if part.name not in ("resultants", "_areas", "_n_normal")
     }
     sums = (answers.resultants.areas, answers.resultants.forces, answers.resultants.moments)
     parts["resultants"] = Resultants(*(np.reshape(values, shape + values.shape[1:]) for values in sums))

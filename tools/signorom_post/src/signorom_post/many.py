@@ -20,13 +20,14 @@ def answers_at(
     points: FloatArray,
     nodes: IntArray,
     areas: FloatArray,
+    n_normal: int,
 ) -> Answers:
     """Returns the answers at `points`, shape (n_points, n_parameters).
 
     `context` and `sizes` are those of the model. `n_entries` is a pair: the numbers of entries of the deck's
     section contact and of components of a moment. `nodes` are the positions, from 0, of the nodes whose displacement is
-    wanted, as C ints. `areas`: the area of each contact force, shape (sizes.n_contacts). A point without an answer is
-    no error.
+    wanted, as C ints. `areas`: the area of each contact force, shape (sizes.n_contacts). `n_normal`: the number of
+    normal forces. A point without an answer is no error.
     """
     n, n_dimensions = len(points), sizes.n_dimensions
     told = np.zeros(n, dtype=np.dtype(CAnswer))
@@ -69,6 +70,7 @@ def answers_at(
         relative_displacement_bound=_known(told["relative_displacement_bound"], has_answer),
         n_free_motions=told["n_free_motions"].astype(np.int64),
         _areas=areas,
+        _n_normal=n_normal,
     )
 
 

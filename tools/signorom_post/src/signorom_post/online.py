@@ -64,6 +64,7 @@ class Model:
             self.n_given, self.times = self._history(model)
             self._areas = np.zeros(self._sizes.n_contacts)
             self._library.signorom_get_contact_areas(model, doubles(self._areas))
+        self._n_normal = self._count_normal()
         self._summary = self._summarize()
 
     def __reduce__(self) -> tuple[type["Model"], tuple[str]]:
@@ -192,6 +193,11 @@ class Model:
     def force_directions(self) -> FloatArray:
         """Force on the first surface of the deck's entry for each multiplier of 1, (n_contacts, n_dimensions)."""
         return self._force_directions()[1]
+
+    def _count_normal(self) -> int:
+        """Returns the number of normal forces, which stand before the tangential ones."""
+        contacts = self.force_contacts
+        return int(np.sum(contacts == np.arange(len(contacts)))) if len(contacts) else self._sizes.n_contacts
 
     def _force_directions(self) -> tuple[IntArray, FloatArray]:
         contacts = np.zeros(self._sizes.n_contacts, dtype=np.intc)
@@ -439,6 +445,7 @@ class Model:
                 n_free_motions=told.n_free_motions,
                 _differentiate=partial(self._gradient, ask, indices),
                 _areas=self._areas,
+                _n_normal=self._n_normal,
             )
 
     def _ask(self, context: c_void_p, point: FloatArray) -> tuple[CAnswer, FloatArray]:
@@ -512,7 +519,9 @@ class Model:
         indices = self._indices_of(self.nodes[0] if nodes is None else nodes)
         with self._handles.model() as model, self._handles.context() as context:
             n_entries = self._n_entries(model)
-            answers = answers_at(self._library, context, self._sizes, n_entries, given, indices, self._areas)
+            answers = answers_at(
+                self._library, context, self._sizes, n_entries, given, indices, self._areas, self._n_normal
+            )
         warn_outside(self.parameters, given, answers.is_inside_box)
         return answers
 
