@@ -20,10 +20,10 @@ module sig_study
   use sig_condensed_plan, only: needs_displacements
   use sig_model_building, only: build_model
   use sig_model_file, only: read_model, write_model
-  use sig_parameter_space, only: build_states
+  use sig_parameter_space, only: build_states, format_point
   use sig_point_checks, only: check_points
   use sig_problem, only: problem_t
-  use sig_reasons, only: reason_converged
+  use sig_reasons, only: reason_converged, reason_text
   use sig_refinement, only: refinement_result_t
   use sig_refinement_rounds, only: report_refinement, write_refinement_table
   use sig_reporting, only: accuracy_text, model_text, report_model, report_selection, report_snapshots
@@ -278,8 +278,24 @@ contains
       new_line('a') // validation_table(outcome, verdict))
     call log_judgment('forces ', verdict%forces)
     call log_judgment('fields ', verdict%fields)
+    call warn_of_unsolved(session%deck, outcome)
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation
+
+  !> Warns of validation points that the full order does not solve: they let the command end with the exit code of this.
+  subroutine warn_of_unsolved(deck, outcome)
+    type(deck_config_t), intent(in) :: deck
+    type(validation_t), intent(in) :: outcome
+    integer :: first
+
+    associate (is_lost => outcome%reason_full_order /= reason_converged)
+      if (.not. any(is_lost)) return
+      first = findloc(is_lost, .true., dim=1)
+      call log_warning(to_text(count(is_lost)) // ' of ' // counted(size(is_lost), 'validation point') // ' without a ' // &
+        'full-order solution (validation.csv, column full_order); the first one is ' // &
+        format_point(deck%state_parameters, outcome%points(:, first)) // ': ' // reason_text(outcome%reason_full_order(first)))
+    end associate
+  end subroutine warn_of_unsolved
 
   !> Logs the sentence of a judgment, as a warning if it says `NOT accepted`.
   subroutine log_judgment(subject, judgment)

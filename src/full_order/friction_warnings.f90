@@ -9,7 +9,7 @@ module sig_friction_warnings
   use sig_kinds, only: rk
   use sig_parameter_space, only: find_states, format_point
   use sig_problem, only: problem_t
-  use sig_rounding, only: rounding
+  use sig_rounding, only: rounding_of_data
   use sig_term_values, only: evaluate_points, term_values_t
   use sig_text, only: append_text, fine_digits, join, short_number, string_t, to_text
   use sig_unheld_bodies, only: moving_bodies, unheld_without_friction
@@ -132,8 +132,8 @@ contains
   end subroutine add_missing_friction
 
   !> Loads that do not begin at 0 act at once in the first step, wherever its time is: how contacts slip in it depends on nothing
-  !> but the size of this step. The same holds for overlaps that the deck gives. Where no contact has friction in the first state,
-  !> none of this matters.
+  !> but the size of this step. The same holds for overlaps by initial_gap or an obstacle. Where no contact has friction in the
+  !> first state, none of this matters.
   subroutine add_sudden_loads(problem, points, warnings)
     type(problem_t), intent(in) :: problem
     real(rk), intent(in) :: points(:, :)
@@ -173,9 +173,9 @@ contains
     text = ''
     if (any(abs(problem%boundary%forces(theta)) > 0)) text = ', loads'
     if (any(abs(problem%boundary%prescribed_displacement(theta)) > 0)) text = text // ', prescribed displacements'
-    associate (gaps => matmul(problem%rows%gap, theta), noise => rounding * maxval(abs(problem%mesh%coordinates)))
+    associate (gaps => matmul(problem%rows%gap, theta), noise => rounding_of_data * maxval(abs(problem%mesh%coordinates)))
       do i = 1, size(problem%deck%contact)
-        if (.not. problem%deck%contact(i)%has_initial_gap) cycle
+        if (.not. (problem%deck%contact(i)%has_initial_gap .or. problem%deck%contact(i)%has_obstacle)) cycle
         if (any(gaps < -noise .and. problem%rows%contact_entry == i)) text = text // ', overlaps of contact[' // to_text(i) // ']'
       end do
     end associate

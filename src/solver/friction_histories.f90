@@ -5,10 +5,14 @@ module sig_friction_histories
   use sig_friction_steps, only: friction_memory_t, friction_steps_t
   use sig_holding, only: anchors_t
   use sig_kinds, only: rk
+  use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged
   implicit none(type, external)
   private
   public :: solve_history
+
+  !> [s] progress is told only if a history takes longer
+  real(rk), parameter :: seconds_of_silence = 3
 
 contains
 
@@ -21,16 +25,18 @@ contains
     real(rk), contiguous, intent(in) :: openings(:, :)
     !> [-] values of the terms in each state, shape (n_terms, n_times)
     real(rk), intent(in) :: theta(:, :)
-    !> whether n_solutions of the states is looked for; else it stays 1
+    !> whether n_solutions of the states is looked for, and progress is told; else n_solutions stays 1
     logical, intent(in) :: counts_solutions
     !> get all but displacement and residuals; shape (n_times)
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] multipliers, and in rows of anchors scaled openings (sig_condensed); shape (n_rows, n_times)
     real(rk), intent(out) :: unknowns(:, :)
     type(friction_memory_t) :: memory
+    type(progress_t) :: progress
     integer :: i
     logical :: is_lost
 
+    if (counts_solutions) call progress%start('times with friction', size(states), seconds_of_silence)
     unknowns = 0
     is_lost = .false.
     call memory%begin(steps)
@@ -38,12 +44,14 @@ contains
       associate (friction => steps%laws%friction_at(theta(:, i)))
         if (.not. is_lost) call steps%advance(openings(:, i), friction, memory)
         call take_answer(steps, anchors, friction, memory, states(i))
+        if (counts_solutions) call progress%advance(i)
         is_lost = states(i)%reason /= reason_converged
         if (is_lost) cycle
         if (counts_solutions) states(i)%n_solutions = steps%count_answers(friction, memory)
         call steps%fill_unknowns(memory, unknowns(:, i))
       end associate
     end do
+    if (counts_solutions) call progress%finish()
   end subroutine solve_history
 
   !> Copies the answer of the last step, or the reason why there is none, into a state.
