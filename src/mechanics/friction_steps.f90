@@ -228,7 +228,7 @@ contains
       step%origins = memory%origins
       step%terms = [terms, terms(self%anchors)]
       step%terms(self%anchors) = 0
-      step%friction = merge(friction, 0.0_rk, contacts%tangents(1, :) > 0 .and. .not. contacts%is_tied)
+      step%friction = merge(friction, 0.0_rk, self%laws%have_friction())
       openings(:n, :) = changes
       openings(n + 1:, :) = changes(self%anchors, :)
       openings(self%anchors, :) = 0

@@ -81,11 +81,7 @@ contains
     end if
     call c_f_pointer(parameters, values, [handle%model%online%model%n_given()])
     call handle%query%start(handle%model%online, values, message)
-    if (allocated(message)) then
-      call keep(handle%message, message)
-    else
-      code = code_ok
-    end if
+    call take_message(handle, message, code)
   end function signorom_start
 
   integer(c_int) function signorom_advance(context, time, tables, answer) result(code) bind(c)
@@ -128,11 +124,7 @@ contains
     code = bad_argument
     if (.not. associated(handle)) return
     call handle%query%save_memory(handle%model%online, numbers, message)
-    if (allocated(message)) then
-      call keep(handle%message, message)
-    else
-      code = code_ok
-    end if
+    call take_message(handle, message, code)
   end function signorom_get_memory
 
   integer(c_int) function signorom_set_memory(context, memory) result(code) bind(c)
@@ -147,12 +139,22 @@ contains
     if (.not. associated(handle)) return
     handle%has_answer = .false.
     call handle%query%restore_memory(handle%model%online, numbers, message)
+    call take_message(handle, message, code)
+  end function signorom_set_memory
+
+  !> Keeps a message in its context; without one the code is code_ok.
+  subroutine take_message(handle, message, code)
+    type(context_handle_t), intent(inout) :: handle
+    character(:), allocatable, intent(in) :: message
+    !> in: what it is with a message
+    integer(c_int), intent(inout) :: code
+
     if (allocated(message)) then
       call keep(handle%message, message)
     else
       code = code_ok
     end if
-  end function signorom_set_memory
+  end subroutine take_message
 
   !> Returns the handle of a context and the numbers of the caller; null if the context is not ready or `memory` is null, and the
   !> message of the context (unless `context` is null) says so.
