@@ -1,0 +1,71 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> J2 plasticity that does not depend on time, with isotropic hardening (none, linear, a curve) and Prager's kinematic hardening.
+module sig_plasticity
+  use sig_creep_step, only: no_creep
+  use sig_kinds, only: rk
+  use sig_material_law, only: material_law_t, n_components, plastic_strain_at
+  use sig_plastic_flow, only: plastic_flow
+  use sig_property_checks, only: bad_elastic_constant, bad_stress, is_positive_or_zero
+  use sig_radial_return, only: elastic_trial, finish_return, trial_t
+  implicit none(type, external)
+  private
+  public :: plasticity_t
+
+  type, extends(material_law_t) :: plasticity_t
+    !> [-] equivalent plastic strains of the curve, increasing from 0; shape (n_points)
+    real(rk), allocatable :: curve_strains(:)
+  contains
+    procedure :: start
+    procedure :: update
+    procedure :: bad_property
+  end type plasticity_t
+
+  !> places of the properties; the yield stresses of the curve follow
+  integer, parameter :: kinematic = 3, isotropic = 4, first_stress = 5
+
+contains
+
+  !> Makes the law ready, as material_law_t says.
+  pure subroutine start(self, curve_strains)
+    class(plasticity_t), intent(inout) :: self
+    real(rk), intent(in) :: curve_strains(:)
+
+    self%curve_strains = curve_strains
+    allocate (self%property_names(first_stress - 1 + size(curve_strains)))
+    self%property_names = 'yield_stress'
+    self%property_names(:first_stress - 1) = [character(20) :: 'young_modulus', 'poisson_ratio', 'kinematic_hardening', &
+      'isotropic_hardening']
+  end subroutine start
+
+  !> Makes one step, as material_law_t says.
+  pure subroutine update(self, strain, dt, properties, state_in, stress, state, tangent, is_solved)
+    class(plasticity_t), intent(in) :: self
+    real(rk), intent(in) :: strain(n_components)
+    real(rk), intent(in) :: dt
+    real(rk), intent(in) :: properties(:)
+    real(rk), intent(in) :: state_in(:)
+    real(rk), intent(out) :: stress(n_components)
+    real(rk), intent(out) :: state(:)
+    real(rk), intent(out) :: tangent(n_components, n_components)
+    logical, intent(out) :: is_solved
+    type(trial_t) :: trial
+
+    trial = elastic_trial(strain, properties(1), properties(2), properties(kinematic), state_in)
+    call finish_return(trial, plastic_flow(trial, no_creep, self%curve_strains, properties(first_stress:), &
+      properties(isotropic), properties(kinematic), state_in(plastic_strain_at)), state_in, stress, state, tangent, is_solved)
+    if (self%bad_property(properties) > 0) is_solved = .false.
+  end subroutine update
+
+  !> Returns the number of the first property that is out of its range, 0 if there is none.
+  pure integer function bad_property(self, properties)
+    class(plasticity_t), intent(in) :: self
+    real(rk), intent(in) :: properties(:)
+
+    bad_property = bad_elastic_constant(properties)
+    if (bad_property > 0) return
+    do bad_property = kinematic, isotropic
+      if (.not. is_positive_or_zero(properties(bad_property))) return
+    end do
+    bad_property = bad_stress(properties, first_stress)
+  end function bad_property
+end module sig_plasticity
