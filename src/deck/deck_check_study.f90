@@ -25,6 +25,7 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: complaint
+    integer :: i
 
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
@@ -57,6 +58,7 @@ contains
       'is ' // to_text(config%validation%accepted_fields) // '; it must be greater than 0')
     call check_clusters(tree, config)
     if (config%history%states%is_there()) call refuse_selection(tree, config)
+    if (any([(config%materials(i)%flows(), i=1, size(config%materials))])) call refuse_hyper_reduction(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
@@ -174,6 +176,22 @@ contains
     if (config%clusters%number /= 1 .and. config%clusters%method == 'regular') call tree%report_at('clusters', &
       'has method: regular (the default), which' // reason // 'it needs the cells of a grid', 'use method: irregular')
   end subroutine refuse_selection
+
+  !> Refuses hyper-reduced models of materials that yield or creep. Measured on pellet and cladding: 20 to 54 % of the steps had no
+  !> answer with a reduced domain of 7 to 14 % of the elements, and 4 to 18 % error with a third of them.
+  subroutine refuse_hyper_reduction(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+    character(*), parameter :: reason = '; hyper-reduction does not go with materials that yield or creep: contact forces are ' // &
+      'the reactions of a stiff system, so that small errors of displacements on a few cells become large ones of the forces'
+
+    if (config%reduction%method == 'hhr') call tree%report_at('reduction.method', 'is ''hhr''' // reason, &
+      'leave method out, or write auto')
+    associate (clusters => config%clusters)
+      if (clusters%number /= 1 .or. clusters%target%is_used .or. clusters%refine%is_used) call tree%report_at('clusters', &
+        'gives several local models, which are hyper-reduced' // reason, 'leave clusters out')
+    end associate
+  end subroutine refuse_hyper_reduction
 
   subroutine check_target(tree, config)
     type(deck_tree_t), intent(inout) :: tree

@@ -10,7 +10,7 @@ module sig_deck_check_values
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: check_field, check_range
+  public :: check_field, check_order, check_range
 
   !> Which values are allowed: those between two bounds.
   type :: range_t
@@ -98,6 +98,58 @@ contains
     if (self%has_bound) text = '; it must be at least ' // to_text(nint(self%above))
   end function rule_for
 
+  !> Checks that one value is less than another one, or at least as large, at the middle and at the corners of the box, as
+  !> check_finite describes. Not checked: values that are not finite there, and those with a name that is no parameter.
+  subroutine check_order(tree, path, config, value, other, must_be_less, rule, unit)
+    !> gets the error
+    type(deck_tree_t), intent(inout) :: tree
+    !> key path of the value
+    character(*), intent(in) :: path
+    type(deck_config_t), intent(in) :: config
+    type(value_config_t), intent(in) :: value, other
+    !> whether value < other is wanted; otherwise value >= other
+    logical, intent(in) :: must_be_less
+    !> what the value must be, with the name of the other one at the end, such as `less than young_modulus`
+    character(*), intent(in) :: rule
+    !> unit of both values for messages, with a blank before it; may be empty
+    character(*), intent(in) :: unit
+    type(value_config_t) :: both
+    type(expression_t) :: expressions(3)
+    character(:), allocatable :: found, message, place
+    real(rk), allocatable :: states(:, :)
+    real(rk) :: values(2)
+    integer :: i, k
+    logical :: are_valid(2)
+
+    if (.not. has_box(config%parameters)) return
+    both%text = '(' // value%text // ')+(' // other%text // ')'
+    both%uses_history = value%uses_history .or. other%uses_history
+    work: block
+      call expressions(1)%create(value%text, names_of(config%state_parameters), message, is_composed=.true.)
+      if (allocated(message)) exit work
+      call expressions(2)%create(other%text, names_of(config%state_parameters), message, is_composed=.true.)
+      if (allocated(message)) exit work
+      call expressions(3)%create(both%text, names_of(config%state_parameters), message, is_composed=.true.)
+      if (allocated(message)) exit work
+      call find_states(config, both, expressions(3)%used_places(), states)
+      do i = 1, size(states, 2)
+        do k = 1, 2
+          call expressions(k)%evaluate(states(:, i), values(k), are_valid(k))
+        end do
+        if (.not. all(are_valid) .or. (must_be_less .eqv. values(1) < values(2))) cycle
+        found = 'is ' // to_text(values(1)) // unit
+        place = ''
+        if (.not. value%is_constant) found = 'is ' // shown(value%text) // ', which ' // found
+        if (.not. (value%is_constant .and. other%is_constant)) place = ' at ' // point_text(config%state_parameters, states(:, i))
+        call tree%report_at(path, found // place // '; it must be ' // rule // ', which is ' // to_text(values(2)) // unit)
+        exit
+      end do
+    end block work
+    do k = 1, size(expressions)
+      call expressions(k)%destroy()
+    end do
+  end subroutine check_order
+
   !> Checks that an expression is finite, and within its bounds if there are any, at the middle and at the corners of the box, where
   !> divisions by zero are likely. Corners differ in the first 10 parameters of the expression; all other parameters are at their
   !> minimum there. Adds an error for the first of these points where it is not. Not checked: a constant, and an expression with a
@@ -118,7 +170,7 @@ contains
 
     if (value%is_constant) return
     associate (all => config%state_parameters)
-      call expression%create(value%text, names_of(all), message)
+      call expression%create(value%text, names_of(all), message, is_composed=.true.)
       ! a parameter with an invalid name, which was reported already
       if (allocated(message)) return
       call find_states(config, value, expression%used_places(), states)

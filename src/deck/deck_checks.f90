@@ -2,6 +2,7 @@
 !> Checks the values of a deck for the sections that define the problem, alone and against each other.
 module sig_deck_checks
   use sig_deck_check_contact, only: check_contact
+  use sig_deck_check_flow, only: check_flow
   use sig_deck_check_strains, only: check_imposed_strain, check_products
   use sig_deck_check_study, only: check_study
   use sig_deck_check_values, only: check_field, check_range
@@ -44,6 +45,7 @@ contains
     end do
     do i = 1, size(config%materials)
       call check_material(tree, config, i, stress_unit(config))
+      call check_flow(tree, config, i)
     end do
     call check_displacements(tree, config)
     do i = 1, size(config%loads)

@@ -7,13 +7,15 @@ module sig_deck_config
   implicit none(type, external)
   private
   public :: deck_config_t, units_config_t, mesh_config_t, parameter_config_t, step_config_t, history_config_t, &
-    material_config_t, value_config_t, name_config_t, &
+    material_config_t, plasticity_config_t, creep_config_t, value_config_t, name_config_t, &
     load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t, boundary_config_t, contact_config_t, &
     solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
     target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t, validation_config_t
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact if facets differ in size
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
+  !> name that the temperature of the region has in expressions of plasticity and creep
+  character(*), parameter, public :: temperature_name = 'T'
   !> largest number of parameters for which sobol.f90 has direction numbers
   integer, parameter, public :: max_sobol_parameters = 10
 
@@ -30,11 +32,13 @@ module sig_deck_config
     character(:), allocatable :: text
     !> start of the names of its terms if the program wrote the text; not allocated: these names start with the text
     character(:), allocatable :: name
-    !> whether the text contains neither parameters nor coordinates
+    !> whether the text contains neither parameters nor coordinates nor the temperature
     logical :: is_constant = .true.
     logical :: uses_parameters = .false., uses_coordinates = .false.
     !> whether it contains the time or a table of the history; they count as parameters, too
     logical :: uses_history = .false.
+    !> whether it contains the temperature of the region, temperature_name
+    logical :: uses_temperature = .false.
     !> value of the text, if is_constant
     real(rk) :: constant = 0
     integer :: line = 0
@@ -91,6 +95,31 @@ module sig_deck_config
     type(string_t), allocatable :: files(:)
   end type history_config_t
 
+  !> materials.<name>.plasticity: J2 plasticity. All values are expressions of the parameters, the time, tables and the temperature.
+  type :: plasticity_config_t
+    logical :: is_used = .false.
+    !> [force/length**2] > 0; with a curve its first stress
+    type(value_config_t) :: yield_stress
+    !> key of the hardening: isotropic_hardening, kinematic_hardening, tangent_modulus or curve; empty (default) = perfectly plastic
+    character(19) :: hardening = ''
+    !> [force/length**2] value of the key: a hardening modulus >= 0, or a tangent modulus >= 0 and less than young_modulus
+    type(value_config_t) :: modulus
+    !> [-] curve: equivalent plastic strains, increasing from 0; shape (n_points)
+    real(rk), allocatable :: curve_strains(:)
+    !> [force/length**2] curve: yield stresses, not falling; shape (n_points)
+    type(value_config_t), allocatable :: curve_stresses(:)
+  end type plasticity_config_t
+
+  !> materials.<name>.creep.norton: the equivalent creep strain grows by coefficient * stress**exponent per time. Values as in
+  !> plasticity_config_t.
+  type :: creep_config_t
+    logical :: is_used = .false.
+    !> [1/time / (force/length**2)**exponent] >= 0
+    type(value_config_t) :: coefficient
+    !> [-] >= 1
+    type(value_config_t) :: exponent
+  end type creep_config_t
+
   type :: material_config_t
     character(:), allocatable :: name
     !> physical names of the cells with this material
@@ -103,6 +132,10 @@ module sig_deck_config
     logical :: has_thermal_expansion = .false.
     !> [1/degree] a number or an expression of the parameters
     type(value_config_t) :: thermal_expansion
+    type(plasticity_config_t) :: plasticity
+    type(creep_config_t) :: creep
+  contains
+    procedure :: flows
   end type material_config_t
 
   !> Prescribed displacement of one named boundary (facets, edges or points).
@@ -446,4 +479,13 @@ module sig_deck_config
     !> PETSc options with the prefixes fom_, active_set_, vi_, pod_; may be empty
     character(:), allocatable :: petsc_options
   end type deck_config_t
+
+contains
+
+  !> Whether the material yields or creeps: its state then depends on those before it.
+  pure logical function flows(self)
+    class(material_config_t), intent(in) :: self
+
+    flows = self%plasticity%is_used .or. self%creep%is_used
+  end function flows
 end module sig_deck_config

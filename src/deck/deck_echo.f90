@@ -4,7 +4,7 @@
 module sig_deck_echo
   use sig_deck_config, only: boundary_config_t, clusters_config_t, contact_config_t, deck_config_t, displacement_config_t, &
     history_config_t, imposed_strain_config_t, load_config_t, material_config_t, name_config_t, obstacle_config_t, &
-    output_config_t, parameter_config_t, reduction_config_t, target_config_t, value_config_t
+    output_config_t, parameter_config_t, plasticity_config_t, reduction_config_t, target_config_t, value_config_t
   use sig_deck_echo_points, only: candidate_set, point_set, training_set
   use sig_deck_echo_words, only: count_or_word, tolerance_or_none, yaml_text
   use sig_kinds, only: rk
@@ -184,8 +184,31 @@ contains
     yaml = yaml_text(material%name) // ': {regions: ' // name_list(material%regions) // ', young_modulus: ' // &
       value_text(material%young_modulus) // ', poisson_ratio: ' // value_text(material%poisson_ratio)
     if (material%has_thermal_expansion) yaml = yaml // ', thermal_expansion: ' // value_text(material%thermal_expansion)
+    if (material%plasticity%is_used) yaml = yaml // ', plasticity: ' // plasticity_mapping(material%plasticity)
+    if (material%creep%is_used) yaml = yaml // ', creep: {norton: {coefficient: ' // value_text(material%creep%coefficient) // &
+      ', exponent: ' // value_text(material%creep%exponent) // '}}'
     yaml = yaml // '}'
   end function material_entry
+
+  !> Returns the plasticity of a material; a curve holds the yield stress.
+  pure function plasticity_mapping(plasticity) result(yaml)
+    type(plasticity_config_t), intent(in) :: plasticity
+    character(:), allocatable :: yaml
+    type(string_t) :: strains(size(plasticity%curve_strains)), stresses(size(plasticity%curve_strains))
+    integer :: i
+
+    if (plasticity%hardening == 'curve') then
+      do i = 1, size(strains)
+        strains(i)%text = to_text(plasticity%curve_strains(i))
+        stresses(i)%text = value_text(plasticity%curve_stresses(i))
+      end do
+      yaml = '{curve: {plastic_strain: [' // join(strains, ', ') // '], stress: [' // join(stresses, ', ') // ']}}'
+      return
+    end if
+    yaml = '{yield_stress: ' // value_text(plasticity%yield_stress)
+    if (plasticity%hardening /= '') yaml = yaml // ', ' // trim(plasticity%hardening) // ': ' // value_text(plasticity%modulus)
+    yaml = yaml // '}'
+  end function plasticity_mapping
 
   pure function boundary_entry(condition) result(yaml)
     type(boundary_config_t), intent(in) :: condition

@@ -2,15 +2,15 @@
 !> Reads the sections of a deck that define the problem: units, mesh, parameters, history, materials, boundary_conditions,
 !> loads, imposed_strains, contact.
 module sig_deck_read_problem
-  use sig_deck_config, only: boundary_config_t, deck_config_t, material_config_t, &
-    mesh_config_t, parameter_config_t, units_config_t
+  use sig_deck_config, only: boundary_config_t, deck_config_t, mesh_config_t, parameter_config_t, units_config_t
   use sig_deck_read_contact, only: read_contact
   use sig_deck_read_history, only: read_history
   use sig_deck_read_loads, only: read_loads
+  use sig_deck_read_materials, only: read_materials
   use sig_deck_read_strains, only: read_imposed_strains
   use sig_deck_tree, only: append_text, deck_tree_t, root_node
-  use sig_deck_values, only: get_choice, get_list_entries, get_mapping, get_name, get_names, get_number, get_text, get_value, &
-    get_word, is_mapping, value_of
+  use sig_deck_values, only: get_choice, get_entries, get_list_entries, get_mapping, get_name, get_number, get_text, get_word, &
+    is_mapping, value_of
   use sig_expression, only: is_function_name, is_identifier
   use sig_file_system, only: path_below
   use sig_kinds, only: rk
@@ -131,45 +131,6 @@ contains
         call append_text(names, parameters(i)%name)
     end do
   end subroutine offer_names
-
-  !> Returns the nodes of the entries of a required section, a mapping whose keys are names of the user; none after an error.
-  !> Errors: the section is missing, no mapping, or empty.
-  subroutine get_entries(tree, key, nodes)
-    type(deck_tree_t), intent(inout) :: tree
-    character(*), intent(in) :: key
-    integer, allocatable, intent(out) :: nodes(:)
-    integer :: i_mapping
-
-    allocate (nodes(0))
-    ! the misspelt key is an error of its own; without its entries all their names would be errors, too
-    i_mapping = tree%misspelt(root_node, key)
-    if (i_mapping == 0) i_mapping = get_mapping(tree, root_node, key, .true.)
-    if (i_mapping == 0) return
-    nodes = tree%children(i_mapping)
-    if (size(nodes) == 0) call tree%report(i_mapping, 'is an empty mapping; it needs at least one entry')
-  end subroutine get_entries
-
-  subroutine read_materials(tree, materials)
-    type(deck_tree_t), intent(inout) :: tree
-    type(material_config_t), allocatable, intent(out) :: materials(:)
-    integer, allocatable :: nodes(:)
-    integer :: i
-
-    call get_entries(tree, 'materials', nodes)
-    allocate (materials(size(nodes)))
-    do i = 1, size(nodes)
-      materials(i)%name = tree%nodes(nodes(i))%key
-      materials(i)%young_modulus%constant = 1
-      allocate (materials(i)%regions(0))
-      if (.not. is_mapping(tree, nodes(i))) cycle
-      call get_names(tree, nodes(i), 'regions', .true., materials(i)%regions)
-      call get_value(tree, nodes(i), 'young_modulus', materials(i)%young_modulus)
-      call get_value(tree, nodes(i), 'poisson_ratio', materials(i)%poisson_ratio)
-      materials(i)%has_thermal_expansion = tree%find(nodes(i), 'thermal_expansion') > 0
-      if (materials(i)%has_thermal_expansion) call get_value(tree, nodes(i), 'thermal_expansion', materials(i)%thermal_expansion)
-      call tree%close_mapping(nodes(i))
-    end do
-  end subroutine read_materials
 
   subroutine read_boundary_conditions(tree, model, conditions)
     type(deck_tree_t), intent(inout) :: tree

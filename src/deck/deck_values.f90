@@ -2,14 +2,15 @@
 !> Reads values by their types: get_* below a key of the mapping i_parent, *_of from a node. Errors are added to the tree. A missing
 !> key is an error if is_required. After an error, or without the key, the value is unchanged if the procedure says nothing else.
 module sig_deck_values
-  use sig_deck_config, only: name_config_t, value_config_t
-  use sig_deck_tree, only: deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, shown
+  use sig_deck_config, only: name_config_t, temperature_name, value_config_t
+  use sig_deck_tree, only: append_text, deck_tree_t, kind_list, kind_mapping, kind_scalar, parenthesis_balance, &
+    root_node, shown
   use sig_expression, only: expression_t
   use sig_kinds, only: rk
   use sig_text, only: did_you_mean, join, read_real, string_t, to_text
   implicit none(type, external)
   private
-  public :: get_mapping, get_list, get_list_entries, is_mapping, get_text, get_word, get_choice
+  public :: get_entries, get_mapping, get_list, get_list_entries, is_mapping, get_text, get_word, get_choice
   public :: get_number, get_value, get_integer, get_name, get_names
   public :: choice_of, number_of, integer_of, name_of, value_of
 
@@ -70,6 +71,23 @@ contains
     i_list = get_list(tree, i_parent, key, is_required, may_be_empty)
     if (i_list > 0) nodes = tree%children(i_list)
   end subroutine get_list_entries
+
+  !> Returns the nodes of the entries of a required section, a mapping whose keys are names of the user; none after an error.
+  !> Errors: the section is missing, no mapping, or empty.
+  subroutine get_entries(tree, key, nodes)
+    type(deck_tree_t), intent(inout) :: tree
+    character(*), intent(in) :: key
+    integer, allocatable, intent(out) :: nodes(:)
+    integer :: i_mapping
+
+    allocate (nodes(0))
+    ! the misspelt key is an error of its own; without its entries all their names would be errors, too
+    i_mapping = tree%misspelt(root_node, key)
+    if (i_mapping == 0) i_mapping = get_mapping(tree, root_node, key, .true.)
+    if (i_mapping == 0) return
+    nodes = tree%children(i_mapping)
+    if (size(nodes) == 0) call tree%report(i_mapping, 'is an empty mapping; it needs at least one entry')
+  end subroutine get_entries
 
   !> Reads the text below a key on one line, without blanks around it. Errors (value unchanged): unquoted and empty, mapping, list.
   subroutine get_text(tree, i_parent, key, is_required, value)
@@ -312,7 +330,7 @@ contains
 
   !> Reads a number or an expression, in quotes or not. Errors: no valid expression of the allowed names; a constant that is not
   !> finite. is_valid: whether there was no error.
-  subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates)
+  subroutine value_of(tree, i_node, wanted, value, is_valid, may_use_coordinates, may_use_temperature)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     !> what the message asks for: `a number`, or `a number or an expression of the parameters`
@@ -322,11 +340,16 @@ contains
     logical, intent(out) :: is_valid
     !> whether coordinates are allowed; default no
     logical, intent(in), optional :: may_use_coordinates
-    type(string_t), allocatable :: coordinates(:)
+    !> whether the temperature of the region is allowed, but no coordinates; default no. Requires: no parameter has its name
+    logical, intent(in), optional :: may_use_temperature
+    type(string_t), allocatable :: more_names(:)
 
-    allocate (coordinates(0))
+    allocate (more_names(0))
     if (present(may_use_coordinates)) then
-      if (may_use_coordinates) coordinates = tree%coordinate_names
+      if (may_use_coordinates) more_names = tree%coordinate_names
+    end if
+    if (present(may_use_temperature)) then
+      if (may_use_temperature) call append_text(more_names, temperature_name)
     end if
     is_valid = .false.
     value%line = tree%nodes(i_node)%line
@@ -337,22 +360,24 @@ contains
     end if
     call read_real(tree%nodes(i_node)%text, value%constant, is_valid)
     value%is_constant = .true.
-    if (.not. is_valid) call read_expression(tree, i_node, wanted, coordinates, value, is_valid)
+    if (.not. is_valid) call read_expression(tree, i_node, wanted, more_names, value, is_valid)
     if (is_valid .and. value%is_constant) value%text = to_text(value%constant)
   end subroutine value_of
 
-  subroutine read_expression(tree, i_node, wanted, coordinates, value, is_valid)
+  subroutine read_expression(tree, i_node, wanted, more_names, value, is_valid)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_node
     character(*), intent(in) :: wanted
-    type(string_t), intent(in) :: coordinates(:)
+    !> coordinates, or the temperature of the region
+    type(string_t), intent(in) :: more_names(:)
     type(value_config_t), intent(inout) :: value
     logical, intent(out) :: is_valid
     type(expression_t) :: expression
     character(:), allocatable :: message
 
+    value%uses_temperature = .false.
     value%text = on_one_line(tree%nodes(i_node)%text)
-    call expression%create(value%text, [tree%parameter_names, coordinates], message)
+    call expression%create(value%text, [tree%parameter_names, more_names], message)
     is_valid = .not. allocated(message)
     if (.not. is_valid) then
       call tree%report(i_node, 'is ' // tree%kind_name(i_node) // '; it must be ' // wanted // ': ' // message, &
@@ -361,13 +386,14 @@ contains
     end if
     associate (places => expression%used_places(), n_parameters => size(tree%parameter_names))
       value%uses_parameters = any(places <= n_parameters)
-      value%uses_coordinates = any(places > n_parameters)
+      if (size(more_names) > 0) value%uses_temperature = any(places > n_parameters) .and. more_names(1)%text == temperature_name
+      value%uses_coordinates = any(places > n_parameters) .and. .not. value%uses_temperature
       value%uses_history = any(places > tree%n_parameters .and. places <= n_parameters)
       tree%is_parameter_used(pack(places, places <= n_parameters)) = .true.
     end associate
-    value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates)
+    value%is_constant = .not. (value%uses_parameters .or. value%uses_coordinates .or. value%uses_temperature)
     if (value%is_constant) then
-      call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names) + size(coordinates)), value%constant, is_valid)
+      call expression%evaluate(spread(0.0_rk, 1, size(tree%parameter_names) + size(more_names)), value%constant, is_valid)
       if (.not. is_valid) call tree%report(i_node, 'is ' // tree%kind_name(i_node) // ', which is not finite')
     end if
     call expression%destroy()

@@ -5,7 +5,7 @@ module sig_value_products
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: max_product, product_t, split_products
+  public :: depends_on, max_product, product_t, replace_name, split_products
 
   !> One product, as two expressions.
   type :: product_t
@@ -20,6 +20,8 @@ module sig_value_products
   integer, parameter :: max_product = 1000
   !> Parentheses are not multiplied out to more products than this; each is a load case.
   integer, parameter :: max_products = 64
+  !> characters of a name
+  character(*), parameter :: of_names = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789'
   !> after one of these characters a sign belongs to the next operand
   character(*), parameter :: before_sign = ' *(/^+-<>=!&|?:,'
 
@@ -269,11 +271,32 @@ contains
     if (ends_in_exponent .and. before > 0) ends_in_exponent = scan(head(before:before), '+-*/^(, ') > 0
   end function ends_in_exponent
 
+  !> Returns the text with another one, in parentheses, in place of a name wherever this occurs as a whole word.
+  pure function replace_name(text, name, expression) result(replaced)
+    character(*), intent(in) :: text, name, expression
+    character(:), allocatable :: replaced
+    integer :: first, last
+
+    replaced = ''
+    first = 1
+    do while (first <= len(text))
+      last = verify(text(first:), of_names) + first - 2
+      if (last < first - 1) last = len(text)
+      if (text(first:last) == name .and. last >= first) then
+        replaced = replaced // '(' // expression // ')'
+      else
+        replaced = replaced // text(first:last)
+      end if
+      ! the character that ends the word
+      if (last < len(text)) replaced = replaced // text(last + 1:last + 1)
+      first = last + 2
+    end do
+  end function replace_name
+
   !> Whether any of the names occurs in the text as a whole word.
   pure logical function depends_on(text, names)
     character(*), intent(in) :: text
     type(string_t), intent(in) :: names(:)
-    character(*), parameter :: of_names = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_0123456789'
     integer :: first, i, last
 
     depends_on = .false.

@@ -23,7 +23,8 @@ module sig_problem_loading
   use sig_load_pattern, only: load_pattern_t
   use sig_load_windows, only: check_fixed_windows
   use sig_loads, only: create_loads
-  use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
+  use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, refuse_flow, &
+    set_materials
   use sig_mechanical_models, only: coordinate_names, mechanical_model, mechanical_model_t
   use sig_mesh, only: find_group, mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
@@ -66,6 +67,9 @@ contains
     type(nodal_field_t), allocatable :: fields(:)
     real(rk) :: start
 
+    ierr = 0
+    call refuse_flow(deck, error)
+    if (allocated(error)) return
     problem%deck = deck
     start = wall_time()
     PetscCall(load_mesh(deck%mesh, deck%path, length_factor(deck), comm, problem%mesh, error, ierr))
