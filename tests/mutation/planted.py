@@ -1078,4 +1078,47 @@ PLANTED = [
         'if mantissa == "1.1" else',
         "powers of ten are shown as 1.0 x 10^n",
     ),
+    # materials
+    Planted(
+        SRC + "materials/radial_return.f90",
+        "(flow%kept - flow%slope)",
+        "(flow%kept - 1.0001_rk * flow%slope)",
+        "the tangent is not that of the step",
+    ),
+    Planted(
+        SRC + "materials/radial_return.f90",
+        "angles(4:) = 2 * angles(4:)",
+        "angles(4:) = angles(4:)",
+        "inelastic shears are half of the angles",
+    ),
+    Planted(
+        SRC + "materials/creep_step.f90",
+        "z = min(0.0_rk, -k / creep%exponent)",
+        "z = 0",
+        "fast creep overflows, and all stress is gone",
+    ),
+    Planted(
+        SRC + "materials/creep_step.f90",
+        "if (creep%exponent > 1) then",
+        "if (creep%exponent > 2) then",
+        "creep with small exponents forgets the stress",
+    ),
+    Planted(
+        SRC + "materials/plastic_flow.f90",
+        "if (.not. bound > yield_stress_at(",
+        "if (.not. bound > 1.00001_rk * yield_stress_at(",
+        "the stress may pass the yield stress a little",
+    ),
+    Planted(
+        SRC + "materials/hardening.f90",
+        "line%slope = last_slope",
+        "line%slope = 0",
+        "linear hardening does not harden",
+    ),
+    Planted(
+        SRC + "deck/deck_material_laws.f90",
+        "hardening%constant = tangent%constant / (1 - tangent%constant / young_modulus%constant)",
+        "hardening%constant = tangent%constant",
+        "the tangent modulus counts as hardening modulus",
+    ),
 ]
