@@ -5,7 +5,7 @@ module sig_quadrature
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: quadrature_rule
+  public :: quadrature_rule, reduced_rule
 
 contains
 
@@ -25,8 +25,31 @@ contains
     !> [-] shape (n_points), sum = volume of the reference element
     real(rk), allocatable, intent(out) :: weights(:)
 
-    associate (n_dim => element_types(i_type)%n_dim, n_corners => element_types(i_type)%n_corners, &
-               order => element_types(i_type)%order)
+    call rule_of_order(i_type, element_types(i_type)%order, points, weights)
+  end subroutine quadrature_rule
+
+  !> Computes the points and weights of a quadratic element whose material flows: those of the linear element of the same shape, so
+  !> that it does not lock. They are 4 for a Q8 or Q9, 3 for a T6, 4 for a T10, 8 for an H20, 6 for a W15.
+  pure subroutine reduced_rule(i_type, points, weights)
+    !> row of element_types
+    integer, intent(in) :: i_type
+    !> as in quadrature_rule
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+
+    call rule_of_order(i_type, 1, points, weights)
+  end subroutine reduced_rule
+
+  !> Computes the rule of a shape.
+  pure subroutine rule_of_order(i_type, order, points, weights)
+    !> row of element_types
+    integer, intent(in) :: i_type
+    !> 1 or 2
+    integer, intent(in) :: order
+    real(rk), allocatable, intent(out) :: points(:, :)
+    real(rk), allocatable, intent(out) :: weights(:)
+
+    associate (n_dim => element_types(i_type)%n_dim, n_corners => element_types(i_type)%n_corners)
       if (n_corners == 2**n_dim) then
         call box_points(n_dim, order, points, weights)
       else if (n_corners == n_dim + 1) then
@@ -37,7 +60,7 @@ contains
         call pyramid_points(order, points, weights)
       end if
     end associate
-  end subroutine quadrature_rule
+  end subroutine rule_of_order
 
   !> Computes a rule on [-1, 1] in each direction with order + 1 points per direction, exact to degree 2 order + 1 in each.
   pure subroutine box_points(n_dim, order, points, weights)

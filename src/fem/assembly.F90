@@ -5,13 +5,14 @@ module sig_assembly
   use sig_cell_stiffness, only: cell_dofs, cell_stiffness
   use sig_dof_map, only: dof_map_t
   use sig_elastic_body, only: elastic_body_t
+  use sig_flowing_cells, only: flowing_cells_t
   use sig_kinds, only: rk
   use sig_mesh, only: cells_around_nodes, mesh_t, nodes_of_cell
   use sig_petsc_support, only: create_matrix
   use petsc
   implicit none(type, external)
   private
-  public :: assemble_stiffness, fill_stiffness
+  public :: add_cells, add_tangents, assemble_stiffness, fill_stiffness
 
 contains
 
@@ -41,20 +42,67 @@ contains
     !> in: matrix of assemble_stiffness; out: with the added values
     Mat, intent(inout) :: stiffness
     PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(add_cells(mesh, body, map, map%own_cells, stiffness, ierr))
+  end subroutine fill_stiffness
+
+  !> Does the same as fill_stiffness for some cells. Collective.
+  subroutine add_cells(mesh, body, map, cells, stiffness, ierr)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(dof_map_t), intent(in) :: map
+    !> cells of this rank, 1-based
+    integer, intent(in) :: cells(:)
+    Mat, intent(inout) :: stiffness
+    PetscErrorCode, intent(out) :: ierr
     integer, allocatable :: dofs_0(:)
     real(rk), allocatable :: local(:, :)
     integer :: i
 
     ierr = 0
-    do i = 1, size(map%own_cells)
-      dofs_0 = map%distributed_0(cell_dofs(mesh, map%own_cells(i)))
-      local = cell_stiffness(mesh, body, map%own_cells(i))
+    do i = 1, size(cells)
+      dofs_0 = map%distributed_0(cell_dofs(mesh, cells(i)))
+      local = cell_stiffness(mesh, body, cells(i))
       PetscCall(MatSetValues(stiffness, size(dofs_0), dofs_0, size(dofs_0), dofs_0, local, ADD_VALUES, ierr))
     end do
+    PetscCall(finish(stiffness, ierr))
+  end subroutine add_cells
+
+  !> Adds the tangent stiffness of the flowing cells to a matrix with the pattern of assemble_stiffness, and their forces of
+  !> tangent_of_cell to a vector. Collective.
+  subroutine add_tangents(mesh, body, map, flowing, stiffness, forces, ierr)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(dof_map_t), intent(in) :: map
+    !> those of this rank, after evaluate
+    type(flowing_cells_t), intent(in) :: flowing
+    Mat, intent(inout) :: stiffness
+    !> [force] grows by what the cells of this rank add; natural, shape (n_dofs)
+    real(rk), intent(inout) :: forces(:)
+    PetscErrorCode, intent(out) :: ierr
+    integer, allocatable :: dofs(:), dofs_0(:)
+    real(rk), allocatable :: local(:, :), own(:)
+    integer :: i
+
+    ierr = 0
+    do i = 1, size(flowing%cells)
+      dofs = cell_dofs(mesh, flowing%cells(i))
+      dofs_0 = map%distributed_0(dofs)
+      call flowing%tangent_of_cell(mesh, body, i, local, own)
+      forces(dofs) = forces(dofs) + own
+      PetscCall(MatSetValues(stiffness, size(dofs_0), dofs_0, size(dofs_0), dofs_0, local, ADD_VALUES, ierr))
+    end do
+    PetscCall(finish(stiffness, ierr))
+  end subroutine add_tangents
+
+  subroutine finish(stiffness, ierr)
+    Mat, intent(inout) :: stiffness
+    PetscErrorCode, intent(out) :: ierr
+
     PetscCall(MatAssemblyBegin(stiffness, MAT_FINAL_ASSEMBLY, ierr))
     PetscCall(MatAssemblyEnd(stiffness, MAT_FINAL_ASSEMBLY, ierr))
     PetscCall(MatSetOption(stiffness, MAT_SYMMETRIC, PETSC_TRUE, ierr))
-  end subroutine fill_stiffness
+  end subroutine finish
 
   !> Counts for each owned node the nodes that share a cell with it, itself included. This gives the exact preallocation.
   subroutine count_neighbors(mesh, map, inside, outside)

@@ -3,6 +3,7 @@
 module sig_cell_stiffness
   use sig_elastic_body, only: elastic_body_t
   use sig_element_matrices, only: element_stiffness
+  use sig_flow_strains, only: strain_matrices, tangent_stiffness
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t, nodes_of_cell
   implicit none(type, external)
@@ -37,7 +38,16 @@ contains
     !> [force/length, force/length**2 in the plane] symmetric
     real(rk), allocatable :: stiffness(:, :)
 
-    stiffness = element_stiffness(body%mechanics, body%tables(mesh%cell_types(i_cell)), &
-      mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), body%hooke(:, :, body%material_of_cell(i_cell)))
+    real(rk), allocatable :: strains(:, :, :), volumes(:)
+
+    if (body%flows_in(i_cell)) then
+      call strain_matrices(mesh, body, i_cell, strains, volumes)
+      associate (hooke => body%stress_matrix(:, :, body%material_of_cell(i_cell)))
+        stiffness = tangent_stiffness(strains, volumes, spread(hooke, 3, size(volumes)))
+      end associate
+    else
+      stiffness = element_stiffness(body%mechanics, body%tables(mesh%cell_types(i_cell)), &
+        mesh%coordinates(:, nodes_of_cell(mesh, i_cell)), body%hooke(:, :, body%material_of_cell(i_cell)))
+    end if
   end function cell_stiffness
 end module sig_cell_stiffness

@@ -6,7 +6,7 @@ module sig_elastic_body
   use sig_elasticity, only: hooke_matrix, n_strains, n_stresses, stress_matrix
   use sig_kinds, only: rk
   use sig_mechanical_models, only: mechanical_model, mechanical_model_t
-  use sig_quadrature, only: quadrature_rule
+  use sig_quadrature, only: quadrature_rule, reduced_rule
   use sig_shape_functions, only: create_shape_table, shape_table_t
   implicit none(type, external)
   private
@@ -23,11 +23,18 @@ module sig_elastic_body
     real(rk), allocatable :: stress_matrix(:, :, :)
     !> material of each cell: index into the last dimension of hooke, shape (n_cells)
     integer, allocatable :: material_of_cell(:)
-    !> shape functions at the integration points, one table per row of element_types
-    type(shape_table_t) :: tables(n_element_types)
+    !> whether the cells of each material have the integration of materials that flow (sig_flow_strains), shape (n_materials)
+    logical, allocatable :: flows(:)
+    !> shape functions at the integration points: one table per row of element_types, then one per row for cells that flow; table_of
+    !> says which one a cell has
+    type(shape_table_t) :: tables(2 * n_element_types)
   contains
     procedure :: set_moduli
     procedure :: set_stresses
+    procedure :: set_flow
+    procedure :: flows_in
+    procedure :: without_flow
+    procedure :: table_of
   end type elastic_body_t
 
 contains
@@ -57,6 +64,53 @@ contains
       call create_shape_table(i_type, points, weights, body%tables(i_type))
     end do
   end subroutine create_elastic_body
+
+  !> Sets which materials flow, and makes the tables of the cells that have fewer integration points then.
+  subroutine set_flow(self, flows)
+    class(elastic_body_t), intent(inout) :: self
+    !> shape (n_materials)
+    logical, intent(in) :: flows(:)
+    real(rk), allocatable :: points(:, :), weights(:)
+    integer :: i_type
+
+    self%flows = flows
+    if (.not. any(flows)) return
+    do i_type = 1, n_element_types
+      if (element_types(i_type)%order /= 2 .or. element_types(i_type)%n_dim < 2) cycle
+      call reduced_rule(i_type, points, weights)
+      call create_shape_table(i_type, points, weights, self%tables(n_element_types + i_type))
+    end do
+  end subroutine set_flow
+
+  !> Whether the material of a cell flows.
+  pure logical function flows_in(self, i_cell)
+    class(elastic_body_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: i_cell
+
+    flows_in = .false.
+    if (allocated(self%flows)) flows_in = self%flows(self%material_of_cell(i_cell))
+  end function flows_in
+
+  !> Returns the same bodies with the integration of elastic cells everywhere, for loads.
+  pure type(elastic_body_t) function without_flow(self) result(body)
+    class(elastic_body_t), intent(in) :: self
+
+    body = self
+    if (allocated(body%flows)) body%flows = .false.
+  end function without_flow
+
+  !> Returns which of the tables a cell has.
+  pure integer function table_of(self, i_cell, i_type)
+    class(elastic_body_t), intent(in) :: self
+    !> 1-based
+    integer, intent(in) :: i_cell
+    !> its row of element_types
+    integer, intent(in) :: i_type
+
+    table_of = i_type
+    if (element_types(i_type)%order == 2 .and. self%flows_in(i_cell)) table_of = n_element_types + i_type
+  end function table_of
 
   !> Computes Hooke's matrices from new elastic constants, which are not checked. The number of materials may change.
   subroutine set_moduli(self, young_moduli, poisson_ratios)

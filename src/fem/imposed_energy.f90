@@ -74,7 +74,8 @@ contains
 
     coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
     allocate (gradients, mold=coordinates)
-    associate (table => body%tables(mesh%cell_types(i_cell)), hooke => body%stress_matrix(:, :, body%material_of_cell(i_cell)))
+    associate (table => body%tables(body%table_of(i_cell, mesh%cell_types(i_cell))), &
+      hooke => body%stress_matrix(:, :, body%material_of_cell(i_cell)))
       do i_point = 1, table%n_points
         do i = 1, size(fields)
           strains(:, i) = fields(i)%at_point(i_cell, i_point)

@@ -122,7 +122,7 @@ contains
       associate (part => self%parts(i_part))
         n = 0
         do i = 1, size(part%cells)
-          n_points = body%tables(mesh%cell_types(part%cells(i)))%n_points
+          n_points = count_points(mesh, body, [part%cells(i)])
           do i_point = 1, n_points
             associate (strain => field%strains(:, field%offsets(part%cells(i)) + i_point))
               strain = strain + theta(part%term) * part%values(n + i_point) * part%direction
@@ -182,7 +182,7 @@ contains
     means = 0
     do i_cell = 1, mesh%n_cells
       total = 0
-      associate (table => body%tables(mesh%cell_types(i_cell)), nodes => nodes_of_cell(mesh, i_cell))
+      associate (table => body%tables(body%table_of(i_cell, mesh%cell_types(i_cell))), nodes => nodes_of_cell(mesh, i_cell))
         do i_point = 1, table%n_points
           call physical_gradients(table, i_point, mesh%coordinates(:, nodes), gradients(:, :size(nodes)), volume)
           volume = volume * circumference(body%mechanics, matmul(mesh%coordinates(:, nodes), table%values(:, i_point)))

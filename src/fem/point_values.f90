@@ -24,7 +24,7 @@ contains
 
     n = 0
     do i = 1, size(cells)
-      n = n + body%tables(mesh%cell_types(cells(i)))%n_points
+      n = n + body%tables(body%table_of(cells(i), mesh%cell_types(cells(i))))%n_points
     end do
   end function count_points
 
@@ -52,7 +52,7 @@ contains
     n = 0
     call expression%create(value%text, coordinate_names, message)
     do i = 1, size(cells)
-      associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
+      associate (table => body%tables(body%table_of(cells(i), mesh%cell_types(cells(i)))), nodes => nodes_of_cell(mesh, cells(i)))
         do i_point = 1, table%n_points
           n = n + 1
           call expression%evaluate(matmul(mesh%coordinates(:, nodes), table%values(:, i_point)), values(n), is_valid)
@@ -78,7 +78,7 @@ contains
     allocate (values(count_points(mesh, body, cells)))
     n = 0
     do i = 1, size(cells)
-      associate (table => body%tables(mesh%cell_types(cells(i))), nodes => nodes_of_cell(mesh, cells(i)))
+      associate (table => body%tables(body%table_of(cells(i), mesh%cell_types(cells(i)))), nodes => nodes_of_cell(mesh, cells(i)))
         values(n + 1:n + table%n_points) = matmul(nodal(nodes), table%values)
         n = n + table%n_points
       end associate

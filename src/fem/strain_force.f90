@@ -5,12 +5,12 @@ module sig_strain_force
   use sig_deck_config, only: deck_config_t, material_config_t
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: hooke_term, modulus_text, n_hooke_terms, n_stresses
-  use sig_element_matrices, only: strains_at_point
   use sig_errors, only: error_t
+  use sig_flow_strains, only: strain_matrices
   use sig_imposed_strain, only: imposed_strains_t, strain_part_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
-  use sig_mesh, only: mesh_t, nodes_of_cell
+  use sig_mesh, only: mesh_t
   use sig_strain_parts, only: find_term
   use sig_term_set, only: term_set_t
   implicit none(type, external)
@@ -88,23 +88,19 @@ contains
     real(rk), intent(in) :: hooke(n_stresses, n_stresses)
     !> [force] shape (n_dofs)
     real(rk), intent(out) :: forces(:)
-    real(rk) :: stress(n_stresses), volume
-    real(rk), allocatable :: coordinates(:, :), strain(:, :)
+    real(rk) :: stress(n_stresses)
+    real(rk), allocatable :: strains(:, :, :), volumes(:)
     integer :: i, i_point, n
 
     forces = 0
     stress = matmul(hooke, part%direction)
     n = 0
     do i = 1, size(part%cells)
-      coordinates = mesh%coordinates(:, nodes_of_cell(mesh, part%cells(i)))
-      associate (table => body%tables(mesh%cell_types(part%cells(i))), dofs => cell_dofs(mesh, part%cells(i)), &
-        own => stress(body%mechanics%strains(:body%mechanics%n_strains)))
-        if (allocated(strain)) deallocate (strain)
-        allocate (strain(size(own), size(dofs)))
-        do i_point = 1, table%n_points
+      associate (dofs => cell_dofs(mesh, part%cells(i)))
+        call strain_matrices(mesh, body, part%cells(i), strains, volumes)
+        do i_point = 1, size(volumes)
           n = n + 1
-          call strains_at_point(body%mechanics, table, i_point, coordinates, strain, volume)
-          forces(dofs) = forces(dofs) + volume * part%values(n) * matmul(own, strain)
+          forces(dofs) = forces(dofs) + volumes(i_point) * part%values(n) * matmul(stress, strains(:, :, i_point))
         end do
       end associate
     end do

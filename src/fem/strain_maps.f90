@@ -19,7 +19,7 @@ module sig_strain_maps
   use sig_ties, only: first_largest
   implicit none(type, external)
   private
-  public :: create_strain_maps
+  public :: create_strain_maps, spread_points
 
   !> Gradients of the shape functions of one cell at its integration points.
   type :: cell_gradients_t
@@ -83,7 +83,7 @@ contains
     integer :: i
 
     coordinates = mesh%coordinates(:, nodes_of_cell(mesh, i_cell))
-    associate (table => body%tables(mesh%cell_types(i_cell)))
+    associate (table => body%tables(body%table_of(i_cell, mesh%cell_types(i_cell))))
       allocate (gradients%values(3, size(coordinates, 2), table%n_points), source=0.0_rk)
       allocate (gradients%volumes(table%n_points))
       do i = 1, table%n_points
@@ -230,7 +230,7 @@ contains
       if (element_types(i_type)%order == 1) then
         weights = spread(volumes / sum(volumes), 1, element_types(i_type)%n_nodes)
       else
-        weights = body%tables(i_type)%to_nodes
+        weights = body%tables(body%table_of(i_cell, i_type))%to_nodes
       end if
     end associate
   end function node_weights
@@ -322,6 +322,48 @@ contains
       end associate
     end do
   end subroutine spread_part
+
+  !> Spreads values at the integration points of all flowing cells of the mesh, cell by cell: computes their means over the cells,
+  !> and at the nodes by the same rule as strains. Both are zero elsewhere. Local.
+  pure subroutine spread_points(mesh, body, materials, values, at_cells, at_nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> material that counts at each node: those of the map of the nodes
+    integer, intent(in) :: materials(:)
+    !> shape (n_values, n_points)
+    real(rk), intent(in) :: values(:, :)
+    !> shapes (n_values, n_cells) and (n_values, n_nodes)
+    real(rk), intent(out) :: at_cells(:, :)
+    real(rk), intent(out) :: at_nodes(:, :)
+    type(cell_gradients_t) :: gradients
+    integer, allocatable :: nodes(:)
+    real(rk), allocatable :: own(:, :)
+    real(rk) :: totals(mesh%n_nodes), volume
+    integer :: i_cell, k, n, n_points
+
+    at_cells = 0
+    at_nodes = 0
+    totals = 0
+    n = 0
+    do i_cell = 1, mesh%n_cells
+      if (.not. body%flows_in(i_cell)) cycle
+      call find_gradients(mesh, body, i_cell, gradients)
+      n_points = size(gradients%volumes)
+      volume = sum(gradients%volumes)
+      nodes = nodes_of_cell(mesh, i_cell)
+      at_cells(:, i_cell) = matmul(values(:, n + 1:n + n_points), gradients%volumes) / volume
+      own = matmul(values(:, n + 1:n + n_points), transpose(node_weights(mesh, body, i_cell, gradients%volumes)))
+      do k = 1, size(nodes)
+        if (materials(nodes(k)) /= body%material_of_cell(i_cell)) cycle
+        at_nodes(:, nodes(k)) = at_nodes(:, nodes(k)) + volume * own(:, k)
+        totals(nodes(k)) = totals(nodes(k)) + volume
+      end do
+      n = n + n_points
+    end do
+    do k = 1, mesh%n_nodes
+      if (totals(k) > 0) at_nodes(:, k) = at_nodes(:, k) / totals(k)
+    end do
+  end subroutine spread_points
 
   !> Adds one part of the imposed strains to a map, in the rows where its value is not zero.
   pure subroutine add_imposed(part, values, map)
