@@ -18,6 +18,8 @@ module sig_reasons
   integer, parameter, public :: reason_pulled_off = -7
   !> friction cannot hold a body
   integer, parameter, public :: reason_sliding = -8
+  !> no equilibrium of a material that flows was found
+  integer, parameter, public :: reason_no_material_answer = -9
 
   ! reasons of a reduced model
   !> the point does not have one value for each parameter
@@ -94,6 +96,8 @@ contains
       text = 'there is no equilibrium: the loads pull a body off the contacts that hold it'
     case (reason_sliding)
       text = 'there is no equilibrium: a body slides, because friction cannot hold it against the loads'
+    case (reason_no_material_answer)
+      text = 'no equilibrium was found where materials flow, even by short steps: the load may be above what they carry'
     case (reason_bad_point)
       text = 'the point needs one value for each parameter'
     case (reason_bad_term)

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Answer of a contact solver for one parameter point: pure data, the same on every rank.
 module sig_contact_state
+  use sig_flowing_cells, only: flow_work_t
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: contact_state_t, residuals_t
+  public :: contact_state_t, flow_answer_t, residuals_t
 
   !> How well (3) is met. All but the penetration are relative to the size of what they compare.
   type :: residuals_t
@@ -22,6 +23,25 @@ module sig_contact_state
     !> `equilibrium`, if this is more), worst component; in axisymmetry only along z
     real(rk) :: force_balance = 0
   end type residuals_t
+
+  !> What a state has besides where materials flow (plasticity, creep).
+  type :: flow_answer_t
+    !> [-] strains, shears as angles, and behind them the accumulated equivalent strain, at the integration points of all cells that
+    !> flow; shape (7, n_points), not allocated without an answer
+    real(rk), allocatable :: plastic(:, :)
+    real(rk), allocatable :: creep(:, :)
+    !> [-] share of the points of each material whose plastic strain grew in the last step that was tried, shape (n_materials)
+    real(rk), allocatable :: yielding(:)
+    !> [-] residual of equilibrium behind each step of Newton's method, at the end of the time
+    real(rk), allocatable :: residuals(:)
+    type(flow_work_t) :: work
+    !> [-] by how much the balance of work is missed, relative to the sum of the sizes of its terms
+    real(rk) :: work_residual = 0
+    !> how often a step was cut in two since the last time
+    integer :: n_cuts = 0
+    !> [time] up to which there is an answer, if there is none at the state's own time
+    real(rk) :: reached = 0
+  end type flow_answer_t
 
   !> An answer, or the reason why there is none.
   type :: contact_state_t
@@ -50,7 +70,7 @@ module sig_contact_state
     real(rk) :: energy = 0
     !> whether each row may carry a force: its contact is closed; shape (n_rows)
     logical, allocatable :: is_active(:)
-    !> number of steps of the contact solver
+    !> number of steps of the contact solver; where materials flow, of Newton's method
     integer :: n_iterations = 0
     !> number of iterations of conjugate gradients in all these steps; 0 if the matrix is factorized
     integer :: n_linear_iterations = 0
@@ -59,6 +79,8 @@ module sig_contact_state
     type(residuals_t) :: residuals
     !> [s] wall time of the solve
     real(rk) :: seconds = 0
+    !> not allocated where no material flows
+    type(flow_answer_t), allocatable :: flow
   contains
     procedure :: normal_forces
   end type contact_state_t

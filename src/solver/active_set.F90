@@ -37,6 +37,9 @@ module sig_active_set
     integer :: level = 1
     !> number of pairs that the last step changed
     integer :: n_changed = 0
+    !> pairs that are closed in the first step of a point, shape (n_rows); not allocated, or where they do not hold all bodies: all
+    !> pairs
+    logical, allocatable :: start(:)
   contains
     procedure :: create
     procedure :: solve
@@ -160,10 +163,10 @@ contains
     PetscCall(find_set(self, system, theta, state, ierr))
   end subroutine solve
 
-  !> Finds the active set of one point, and sets the state. Starts with every pair closed, so that a body that only contact holds is
-  !> held from the first step on. If an accurate solution asks for a set that another one had before, from then on a step changes
-  !> only the wrong pair with the lowest number, or exchanges it for another one (change_first): without rounding errors this
-  !> cannot cycle, but it needs more steps. Collective.
+  !> Finds the active set of one point, and sets the state. Starts with the pairs of `start`, or with every pair closed, so that a
+  !> body that only contact holds is held from the first step on. If an accurate solution asks for a set that another one had before,
+  !> from then on a step changes only the wrong pair with the lowest number, or exchanges it for another one (change_first): without
+  !> rounding errors this cannot cycle, but it needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)
     class(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -178,6 +181,9 @@ contains
     self%level = first_level(self, system)
     self%n_changed = huge(self%n_changed)
     allocate (state%is_active(system%rows%n_rows), source=.true.)
+    if (allocated(self%start)) then
+      if (system%motions%are_held_by(self%start)) state%is_active = self%start
+    end if
     allocate (history(size(next), 0))
     state%reason = reason_max_iterations
     do while (state%n_iterations < self%max_iterations)

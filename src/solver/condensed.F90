@@ -63,6 +63,10 @@ module sig_condensed
     !> whether steps with friction are solved from other starts, too, to count their solutions: that takes up to three times as
     !> long
     logical :: counts_solutions = .false.
+    !> what the steps before have left (save of friction_memory_t), from which histories go on; not allocated: they begin
+    real(rk), allocatable :: remembered(:)
+    !> the same after the last history that was solved; not allocated where no contact has friction or is tied
+    real(rk), allocatable :: latest(:)
     !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
     !> displacement for its scaled opening
     real(rk), allocatable, private :: contact_response(:, :)
@@ -359,7 +363,7 @@ contains
 
   !> Solves the dense problem of each point; each rank solves some of the points. Collective, with the same result on each rank.
   subroutine solve_multipliers(self, system, theta, states, unknowns, ierr)
-    type(condensed_t), intent(in) :: self
+    type(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     !> [-] values of the terms, shape (n_terms, n_points)
     real(rk), intent(in) :: theta(:, :)
@@ -378,7 +382,10 @@ contains
       end associate
     else
       SIG_CHECK(modulo(size(states), system%n_times) == 0, PETSC_ERR_ARG_SIZ, 'a history that is not whole')
+      if (.not. allocated(self%latest)) allocate (self%latest(self%steps%n_remembered()))
+      self%latest = 0
       call solve_histories(self, system, theta, rank, n_ranks, states, unknowns)
+      PetscCall(sum_over_ranks(system%comm, self%latest, ierr))
     end if
     PetscCall(sum_over_ranks(system%comm, unknowns, ierr))
     do i = 1, size(states)
@@ -388,7 +395,7 @@ contains
 
   !> Solves the histories that belong to this rank. Local.
   subroutine solve_histories(self, system, theta, rank, n_ranks, states, unknowns)
-    type(condensed_t), intent(in) :: self
+    type(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     !> shape (n_terms, n_points); the states of a history follow each other
     real(rk), intent(in) :: theta(:, :)
@@ -397,7 +404,7 @@ contains
     type(contact_state_t), intent(inout) :: states(:)
     !> shape (n_rows, n_points)
     real(rk), intent(inout) :: unknowns(:, :)
-    real(rk) :: openings(size(unknowns, 1), size(states))
+    real(rk) :: openings(size(unknowns, 1), size(states)), latest(size(self%latest))
     integer :: first, last
 
     if (rank * system%n_times >= size(states)) return
@@ -407,7 +414,8 @@ contains
     do first = 1 + rank * system%n_times, size(states), n_ranks * system%n_times
       last = first + system%n_times - 1
       call solve_history(self%steps, self%anchors, openings(:, first:last), theta(:, first:last), self%counts_solutions, &
-        states(first:last), unknowns(:, first:last))
+        states(first:last), unknowns(:, first:last), latest, self%remembered)
+      if (last == size(states)) self%latest = latest
     end do
   end subroutine solve_histories
 

@@ -18,7 +18,7 @@ contains
 
   !> Solves the states of one history in their order, from the state before anything has happened. A state that has no answer gets
   !> the reason why, and the later states get the same reason. Local.
-  subroutine solve_history(steps, anchors, openings, theta, counts_solutions, states, unknowns)
+  subroutine solve_history(steps, anchors, openings, theta, counts_solutions, states, unknowns, latest, remembered)
     type(friction_steps_t), intent(in) :: steps
     type(anchors_t), intent(in) :: anchors
     !> [length] q of each state, shape (n_rows, n_times)
@@ -31,15 +31,20 @@ contains
     type(contact_state_t), intent(inout) :: states(:)
     !> [force] multipliers, and in rows of anchors scaled openings (sig_condensed); shape (n_rows, n_times)
     real(rk), intent(out) :: unknowns(:, :)
+    !> what the last step leaves (save of friction_memory_t); zero if it has no answer
+    real(rk), intent(out) :: latest(:)
+    !> what the steps before have left; not there: the history begins
+    real(rk), intent(in), optional :: remembered(:)
     type(friction_memory_t) :: memory
     type(progress_t) :: progress
     integer :: i
-    logical :: is_lost
+    logical :: is_lost, is_valid
 
     if (counts_solutions) call progress%start('times with friction', size(states), seconds_of_silence)
     unknowns = 0
     is_lost = .false.
     call memory%begin(steps)
+    if (present(remembered)) call memory%restore(steps, remembered, is_valid)
     do i = 1, size(states)
       associate (friction => steps%laws%friction_at(theta(:, i)))
         if (.not. is_lost) call steps%advance(openings(:, i), friction, memory)
@@ -51,6 +56,8 @@ contains
         call steps%fill_unknowns(memory, unknowns(:, i))
       end associate
     end do
+    latest = 0
+    if (.not. is_lost) call memory%save(latest)
     if (counts_solutions) call progress%finish()
   end subroutine solve_history
 
