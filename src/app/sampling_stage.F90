@@ -8,7 +8,7 @@ module sig_sampling_stage
   use sig_greedy_selection, only: select_points
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: has_fixed_stiffness
+  use sig_materials, only: has_fixed_stiffness, refuse_flow
   use sig_reporting, only: selection_text
   use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
@@ -164,7 +164,8 @@ contains
       'set of elastic constants takes extra time (training.stiffness may save it at training points)')
   end subroutine announce_stiffness
 
-  !> Checks that the deck has a training section. Errors: it has none.
+  !> Checks that the deck has a training section, and that there are models of its materials. Errors: it has none; a material yields
+  !> or creeps.
   subroutine need_training(session, error)
     type(session_t), intent(in) :: session
     type(error_t), allocatable, intent(out) :: error
@@ -172,5 +173,6 @@ contains
     if (.not. session%deck%has_training) call make_error(error, &
       'the deck has no training section; it must name the points to sample', session%deck%path, &
       hint='for example: training: {sobol: 64}')
+    if (.not. allocated(error)) call refuse_flow(session%deck, error)
   end subroutine need_training
 end module sig_sampling_stage

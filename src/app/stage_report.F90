@@ -28,7 +28,7 @@ module sig_stage_report
   use sig_row_condition, only: condition_of_rows
   use sig_run_report, only: run_report_t
   use sig_session, only: session_t
-  use sig_text, only: append_text, counted, join, string_t
+  use sig_text, only: append_text, counted, join, short_number, string_t, to_text
   use sig_unheld_bodies, only: moving_bodies, unheld_warning, unheld_without_friction
   use sig_version, only: build_type
   use sig_work_balance, only: report_work
@@ -152,8 +152,9 @@ contains
         text = text // '; it moves: ' // join(bodies, ', ')
       end if
     end if
+    text = text // flow_text(problem, states(i))
     if (states(i)%reason == reason_unsolved_friction) text = text // loose_text(problem, states, i)
-    if (problem%laws%remembers() .and. problem%deck%history%states%is_there()) then
+    if (problem%remembers() .and. problem%deck%history%states%is_there()) then
       associate (n_times => problem%deck%history%states%n_times())
         n_later = n_times - 1 - modulo(i - 1, n_times)
         if (n_later > 0) text = text // '; nor has this history a solution at its ' // counted(n_later, 'later time')
@@ -162,6 +163,29 @@ contains
     call log_warning(text)
   end subroutine warn_of_state
 
+  !> Returns up to which time there is an answer and where materials yield; empty where none flows.
+  function flow_text(problem, state) result(text)
+    type(problem_t), intent(in) :: problem
+    type(contact_state_t), intent(in) :: state
+    character(:), allocatable :: text
+    integer :: k, m
+
+    text = ''
+    if (.not. allocated(state%flow)) return
+    text = '; there is an answer up to the time ' // short_number(state%flow%reached)
+    do m = 1, size(state%flow%yielding)
+      if (.not. state%flow%yielding(m) > 0) cycle
+      associate (material => problem%deck%materials(m))
+        text = text // '; behind it ' // to_text(nint(100 * state%flow%yielding(m))) // ' % of the integration points of '
+        do k = 1, size(material%regions)
+          if (k > 1) text = text // ', '
+          text = text // '''' // material%regions(k)%text // ''''
+        end do
+        text = text // ' yield'
+      end associate
+    end do
+  end function flow_text
+
   !> Whether a state has no solution because an earlier one of its history has none.
   pure logical function is_later_failure(problem, states, i)
     type(problem_t), intent(in) :: problem
@@ -169,7 +193,7 @@ contains
     !> number of the state, 1-based
     integer, intent(in) :: i
 
-    is_later_failure = problem%laws%remembers() .and. problem%deck%history%states%is_there()
+    is_later_failure = problem%remembers() .and. problem%deck%history%states%is_there()
     if (is_later_failure) is_later_failure = modulo(i - 1, problem%deck%history%states%n_times()) > 0
     if (is_later_failure) is_later_failure = states(i - 1)%reason /= reason_converged
   end function is_later_failure

@@ -175,8 +175,8 @@ contains
     end do
   end subroutine evaluate
 
-  !> Returns the integral of B' C eps* over the cells of this rank [force], natural, shape (n_dofs): the part that flowing cells have
-  !> in the forces of imposed strains.
+  !> Returns the integral of B' C eps* over the cells of this rank [force], natural, shape (n_dofs): what flowing cells have in the
+  !> forces of imposed strains.
   function imposed_forces(self, mesh, body, data) result(forces)
     class(flowing_cells_t), intent(in) :: self
     type(mesh_t), intent(in) :: mesh

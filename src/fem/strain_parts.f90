@@ -16,7 +16,7 @@ module sig_strain_parts
   use sig_value_products, only: product_t, split_products
   implicit none(type, external)
   private
-  public :: create_imposed_strains, find_term
+  public :: create_imposed_strains, find_term, point_product_t, value_products
 
   !> A product of a function of the parameters, given as an expression (empty: 1), and values at integration points.
   type :: point_product_t
@@ -115,7 +115,6 @@ contains
     type(term_set_t), intent(in) :: terms
     type(point_product_t), allocatable, intent(out) :: products(:)
     type(error_t), allocatable, intent(out) :: error
-    real(rk), allocatable :: values(:)
 
     associate (strain => entry%strain, material => entry%material)
       if (strain%is_thermal .and. .not. material%has_thermal_expansion) then
@@ -124,18 +123,39 @@ contains
           'add thermal_expansion to materials.' // material%name)
         return
       end if
-      if (strain%has_field) then
-        call interpolate_at_points(mesh, body, cells, entry%nodal%values, values)
-        allocate (products(0))
-        call add_scaled(products, strain%value, '', values)
-      else
-        call place_products(mesh, body, cells, strain%value, terms, entry%deck_path, products, error)
-      end if
+      call value_products(mesh, body, strain, entry%nodal, cells, terms, entry%deck_path, products, error)
       if (allocated(error) .or. .not. strain%is_thermal) return
       call add_scaled(products, strain%reference, '', spread(-1.0_rk, 1, count_points(mesh, body, cells)))
       call scale_products(material%thermal_expansion, products)
     end associate
   end subroutine isotropic_products
+
+  !> Returns the products of the temperature or the swelling of an entry: an expression of the deck, or the factor of the deck times
+  !> the field of a file, interpolated. Errors: those of place_products.
+  subroutine value_products(mesh, body, strain, nodal, cells, terms, deck_path, products, error)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> has no components
+    type(imposed_strain_config_t), intent(in) :: strain
+    !> nodal values of the entry's file, if it has one
+    type(nodal_field_t), intent(in) :: nodal
+    !> 1-based
+    integer, intent(in) :: cells(:)
+    !> has the names that expressions may contain
+    type(term_set_t), intent(in) :: terms
+    character(*), intent(in) :: deck_path
+    type(point_product_t), allocatable, intent(out) :: products(:)
+    type(error_t), allocatable, intent(out) :: error
+    real(rk), allocatable :: values(:)
+
+    if (strain%has_field) then
+      call interpolate_at_points(mesh, body, cells, nodal%values, values)
+      allocate (products(0))
+      call add_scaled(products, strain%value, '', values)
+    else
+      call place_products(mesh, body, cells, strain%value, terms, deck_path, products, error)
+    end if
+  end subroutine value_products
 
   !> Splits a value into products of a function of the parameters and a function of the place, which is evaluated at the integration
   !> points of the cells. Requires: the value is a sum of such products, as check_products of the deck layer makes sure. Errors: a

@@ -90,7 +90,7 @@ contains
     end if
   end function varying_constants
 
-  !> Refuses decks with materials that yield or creep.
+  !> Refuses decks with materials that yield or creep, for which there are no reduced models yet.
   pure subroutine refuse_flow(deck, error)
     type(deck_config_t), intent(in) :: deck
     type(error_t), allocatable, intent(out) :: error
@@ -102,8 +102,8 @@ contains
         if (.not. material%flows()) cycle
         value = material%creep%coefficient
         if (material%plasticity%is_used) value = material%plasticity%yield_stress
-        call make_error(error, 'materials.' // material%name // ' yields or creeps, which is not solved yet; this version ' // &
-          'reads and checks such decks, and solves elastic materials', deck%path, value%line, value%column)
+        call make_error(error, 'materials.' // material%name // ' yields or creeps, and there is no reduced model for that yet', &
+          deck%path, value%line, value%column, 'signorom solve solves its histories by the full order')
         return
       end associate
     end do

@@ -10,10 +10,12 @@ module sig_point_solver
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
   use sig_free_response, only: compute_lifting
+  use sig_imposed_strain, only: strain_field_t
   use sig_kinds, only: rk
   use sig_log, only: log_info
-  use sig_problem, only: body_at, problem_t
-  use sig_progress, only: duration_text
+  use sig_newton, only: newton_t, step_data_t
+  use sig_problem, only: body_at, problem_t, strains_at
+  use sig_progress, only: duration_text, progress_t
   use sig_reasons, only: reason_converged
   use sig_solver_choice, only: choose_solver
   use sig_solver_costs, only: cost_t, factorization_cost
@@ -23,6 +25,9 @@ module sig_point_solver
   implicit none(type, external)
   private
   public :: point_solver_t
+
+  !> [s] progress of a history is told only if it takes longer
+  real(rk), parameter :: seconds_of_silence = 3
 
   !> One group's system of equations and its solver.
   type :: point_solver_t
@@ -41,6 +46,8 @@ module sig_point_solver
     logical, private :: is_ready = .false.
     !> of condense, if the solver is another one
     type(condensed_t), allocatable, private :: condensed
+    !> where materials flow; it has a solver of its own
+    type(newton_t), allocatable, private :: newton
   contains
     procedure :: create
     procedure :: solve
@@ -53,6 +60,7 @@ module sig_point_solver
     procedure :: take_body
     procedure :: lifting
     procedure :: destroy
+    procedure, private :: solve_flow
   end type point_solver_t
 
 contains
@@ -78,7 +86,9 @@ contains
     end associate
     call self%terms%create(problem%terms, message)
     PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
-    if (problem%has_fixed_stiffness) then
+    if (problem%flow%is_there()) then
+      PetscCall(create_newton(self, problem, plan, ierr))
+    else if (problem%has_fixed_stiffness) then
       if (plan%linear == 'cholesky') call announce_factorization(problem)
       PetscCall(self%solver%create(self%system, ierr))
       self%n_stiffnesses = 1
@@ -86,6 +96,22 @@ contains
     end if
     self%setup_seconds = wall_time() - start
   end subroutine create
+
+  !> Makes what solves histories of materials that flow. self%solver is not made ready: each step has a stiffness of its own.
+  !> Collective.
+  subroutine create_newton(self, problem, plan, ierr)
+    type(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    type(solver_plan_t), intent(in) :: plan
+    PetscErrorCode, intent(out) :: ierr
+    class(contact_solver_t), allocatable :: solver
+
+    self%system%n_times = max(1, problem%deck%history%states%n_times())
+    self%body = problem%body
+    allocate (self%newton)
+    PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, solver, ierr))
+    PetscCall(self%newton%create(self%system, problem%mesh, problem%body, problem%flow%laws, solver, ierr))
+  end subroutine create_newton
 
   !> Tells how long the factorization will take if that is some seconds: MUMPS does it in one step, without a sign of progress.
   subroutine announce_factorization(problem)
@@ -169,6 +195,13 @@ contains
     integer :: i_source
     logical :: is_valid
 
+    type(contact_state_t) :: states(1)
+
+    if (allocated(self%newton)) then
+      PetscCall(self%solve_flow(problem, reshape(point, [size(point), 1]), states, ierr))
+      state = states(1)
+      return
+    end if
     start = wall_time()
     call self%terms%evaluate(point, theta, is_valid, i_source)
     PetscCall(update_stiffness(self, problem, point, ierr))
@@ -197,6 +230,10 @@ contains
       PetscCall(self%solve(problem, points(:, 1), states(1), ierr))
       return
     end if
+    if (allocated(self%newton)) then
+      PetscCall(self%solve_flow(problem, points, states, ierr))
+      return
+    end if
     call count_solutions(self, .true.)
     PetscCall(solve_together(self, problem, points, theta, states, ierr))
     call count_solutions(self, .false.)
@@ -204,6 +241,91 @@ contains
       PetscCall(measure_residuals(self%system, theta(:, i), states(i), ierr))
     end do
   end subroutine solve_history
+
+  !> Solves the states of one history of materials that flow, in their order. A state without an answer gets the reason why, and the
+  !> later states get the same reason. Collective.
+  subroutine solve_flow(self, problem, points, states, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters, n_times)
+    real(rk), intent(in) :: points(:, :)
+    !> shape (n_times)
+    type(contact_state_t), intent(out) :: states(:)
+    PetscErrorCode, intent(out) :: ierr
+    type(step_data_t) :: before, now
+    type(progress_t) :: progress
+    real(rk) :: start
+    integer :: i
+
+    call progress%start('times', size(states), seconds_of_silence)
+    call self%newton%begin()
+    if (.not. problem%has_fixed_stiffness) then
+      call body_at(problem, points(:, 1), self%body)
+      PetscCall(self%newton%take_body(problem%mesh, self%body, ierr))
+    end if
+    do i = 1, size(states)
+      start = wall_time()
+      call collect_data(self, problem, points(:, i), i, now)
+      if (i == 1) call assume_start(self, now, before)
+      PetscCall(self%newton%solve(problem%mesh, self%body, before, now, states(i), ierr))
+      self%n_solved = self%n_solved + 1
+      states(i)%seconds = wall_time() - start
+      call progress%advance(i)
+      if (states(i)%reason /= reason_converged) exit
+      before = now
+    end do
+    call progress%finish()
+    do i = i + 1, size(states)
+      states(i) = states(i - 1)
+      states(i)%seconds = 0
+      states(i)%n_iterations = 0
+    end do
+  end subroutine solve_flow
+
+  !> Collects what is given at one time. Local.
+  subroutine collect_data(self, problem, point, i_time, now)
+    type(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    !> number of the time, 1-based
+    integer, intent(in) :: i_time
+    type(step_data_t), intent(inout) :: now
+    type(strain_field_t) :: field
+    real(rk) :: theta(problem%boundary%n_terms)
+    integer :: i_source
+    logical :: is_valid
+
+    call self%terms%evaluate(point, theta, is_valid, i_source)
+    now%time = 0
+    if (problem%deck%history%states%is_there()) now%time = problem%deck%history%states%times(i_time)
+    associate (boundary => self%system%boundary)
+      now%prescribed = matmul(boundary%prescribed_values, theta(:size(boundary%prescribed_values, 2)))
+    end associate
+    now%forces = self%system%load(theta)
+    now%gap = self%system%gap(theta)
+    now%friction = self%system%laws%friction_at(theta)
+    call strains_at(problem, point, field)
+    call problem%flow%evaluate(self%body, point, field, self%newton%flowing, now%points)
+  end subroutine collect_data
+
+  !> Makes what is assumed before the first time: nothing is displaced, loaded or heated, and overlaps are zero. Local.
+  subroutine assume_start(self, first, before)
+    type(point_solver_t), intent(in) :: self
+    !> what is given at the first time
+    type(step_data_t), intent(in) :: first
+    type(step_data_t), intent(out) :: before
+
+    before = first
+    before%time = 0
+    before%prescribed = 0
+    before%forces = 0
+    associate (n => self%system%laws%n_contacts)
+      before%gap(:n) = max(first%gap(:n), 0.0_rk)
+      before%gap(n + 1:) = 0
+    end associate
+    before%points%imposed = 0
+  end subroutine assume_start
 
   !> Lets the solver count the solutions of steps with friction, or not.
   pure subroutine count_solutions(self, is_wanted)
@@ -331,6 +453,10 @@ contains
 
     ierr = 0
     call self%terms%destroy()
+    if (allocated(self%newton)) then
+      PetscCall(self%newton%destroy(ierr))
+      deallocate (self%newton)
+    end if
     if (self%is_ready) then
       PetscCall(self%solver%destroy(ierr))
     end if

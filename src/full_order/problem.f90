@@ -7,6 +7,7 @@ module sig_problem
   use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t, name_config_t
   use sig_elastic_body, only: elastic_body_t
+  use sig_flow_model, only: flow_model_t
   use sig_idle_work, only: idle_work_t
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
@@ -37,6 +38,8 @@ module sig_problem
     integer, allocatable :: constant_terms(:)
     !> parts of the stiffness that depend on the elastic constants of materials that vary
     type(stiffness_term_t), allocatable :: stiffness_terms(:)
+    !> laws of the materials that flow
+    type(flow_model_t) :: flow
     !> strains that temperatures and swelling impose
     type(imposed_strains_t) :: strains
     !> prescribed displacements, loads and forces of imposed strains
@@ -82,9 +85,18 @@ module sig_problem
     type(idle_work_t) :: idle_work
     !> hash of echo_physics, the mesh file and the fields: snapshots with the same hash belong to the same problem
     character(16) :: provenance = ''
+  contains
+    procedure :: remembers
   end type problem_t
 
 contains
+
+  !> Whether a state depends on those before it in its history: friction, or materials that flow.
+  pure logical function remembers(self)
+    class(problem_t), intent(in) :: self
+
+    remembers = self%laws%remembers() .or. self%flow%is_there()
+  end function remembers
 
   !> Returns the bodies with their elastic constants at a point. Requires: check_points accepted the point.
   subroutine body_at(problem, point, body)

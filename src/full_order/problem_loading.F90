@@ -16,6 +16,7 @@ module sig_problem_loading
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
   use sig_factor_size, only: measure_factor
+  use sig_flow_building, only: add_temperatures, create_flow_model
   use sig_friction_building, only: add_friction_terms, add_motion_terms, create_contact_laws
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
@@ -23,8 +24,7 @@ module sig_problem_loading
   use sig_load_pattern, only: load_pattern_t
   use sig_load_windows, only: check_fixed_windows
   use sig_loads, only: create_loads
-  use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, refuse_flow, &
-    set_materials
+  use sig_materials, only: add_material_terms, create_material_terms, has_fixed_stiffness, most_points_per_stiffness, set_materials
   use sig_mechanical_models, only: coordinate_names, mechanical_model, mechanical_model_t
   use sig_mesh, only: find_group, mesh_t
   use sig_mesh_checks, only: material_of_cells, nodes_of_boundary, nodes_of_zone
@@ -67,9 +67,6 @@ contains
     type(nodal_field_t), allocatable :: fields(:)
     real(rk) :: start
 
-    ierr = 0
-    call refuse_flow(deck, error)
-    if (allocated(error)) return
     problem%deck = deck
     start = wall_time()
     PetscCall(load_mesh(deck%mesh, deck%path, length_factor(deck), comm, problem%mesh, error, ierr))
@@ -123,6 +120,7 @@ contains
     call create_material_terms(deck, parameter_names(deck), problem%material_terms)
     call create_elastic_body(deck%mesh%model, ones, 0 * ones, material_of_cell, problem%body)
     call set_materials(problem%material_terms, deck%state_parameters%minimum / 2 + deck%state_parameters%maximum / 2, problem%body)
+    call create_flow_model(problem%mesh, deck, parameter_names(deck), problem%body, problem%flow, error)
   end subroutine create_body
 
   !> Makes prescribed displacements, loads, imposed strains and their lifted forces, and all terms but those of gaps. Lists the
@@ -141,10 +139,13 @@ contains
     call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%terms)
     call create_boundary_conditions(problem%mesh, deck%boundary_conditions, deck%path, problem%terms, problem%boundary, error)
     if (allocated(error)) return
-    call create_loads(problem%mesh, problem%body, deck%loads, deck%path, problem%terms, problem%boundary%loads, error)
+    call create_loads(problem%mesh, problem%body%without_flow(), deck%loads, deck%path, problem%terms, problem%boundary%loads, &
+      error)
     if (allocated(error)) return
     call start_terms(parameter_names(deck), coordinate_names(model), model%is_round, problem%strains%terms)
     call create_imposed_strains(problem%mesh, problem%body, deck, fields, problem%strains, error)
+    if (allocated(error)) return
+    call add_temperatures(problem%mesh, problem%body, deck, fields, problem%strains%terms, problem%flow, error)
     if (allocated(error)) return
     n_first = problem%terms%n_terms()
     call add_strain_forces(problem%mesh, problem%body, deck, problem%strains, problem%terms, problem%boundary%strain_forces, error)
@@ -234,8 +235,12 @@ contains
     if (allocated(error)) return
     PetscCall(measure_problem(problem, comm, ierr))
     problem%notes = problem%mesh%notes
-    if (size(problem%deck%contact) == 0) call append_text(problem%notes, 'the deck has no contact, so that nothing touches: ' // &
-      'displacements and stresses are those of linear elasticity')
+    if (size(problem%deck%contact) == 0 .and. problem%flow%is_there()) then
+      call append_text(problem%notes, 'the deck has no contact, so that nothing touches')
+    else if (size(problem%deck%contact) == 0) then
+      call append_text(problem%notes, 'the deck has no contact, so that nothing touches: displacements and stresses are those ' // &
+        'of linear elasticity')
+    end if
     do i = 1, size(body_notes)
       call append_text(problem%notes, body_notes(i)%text)
     end do
@@ -258,7 +263,8 @@ contains
       sizes%n_multipliers = problem%force_rows%n_rows
       sizes%has_plain_contact = problem%laws%is_plain()
       sizes%has_friction = problem%laws%remembers()
-      sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
+      sizes%n_points = 1
+      if (.not. problem%flow%is_there()) sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
       sizes%is_floating = problem%motions%n_free > 0
       sizes%has_multigrid_vi = has_multigrid_vi()
       sizes%is_quadratic = any(element_types(mesh%cell_types)%order == 2)

@@ -83,6 +83,10 @@ module sig_field_map
     real(rk), allocatable :: tangential_traction(:, :)
     real(rk), allocatable :: slip(:, :)
     integer, allocatable :: node_friction(:)
+    !> the following are not allocated where no material flows. [-] plastic strains and creep strains as means over the cells and
+    !> smoothed at the nodes: shears as angles, and behind them the equivalent strain; shapes (7, n_cells) and (7, n_nodes)
+    real(rk), allocatable :: plastic(:, :), plastic_smoothed(:, :)
+    real(rk), allocatable :: creep(:, :), creep_smoothed(:, :)
   contains
     procedure :: take_displacement
     procedure :: take_contact
@@ -228,7 +232,8 @@ contains
   end function along_tangents
 
   !> Computes stresses and their von Mises stresses, as means over the cells and smoothed at the nodes, and the imposed strains as
-  !> means over the cells. Requires: take_displacement.
+  !> means over the cells. Where materials flow, their strains cause no stress. Requires: take_displacement; plastic and creep are
+  !> set where materials flow.
   pure subroutine take_stresses(self, map, theta)
     class(field_values_t), intent(inout) :: self
     type(field_map_t), intent(in) :: map
@@ -238,10 +243,31 @@ contains
 
     of_materials = map%laws(theta)
     call find_stresses(map%mechanics, map%of_cells, of_materials, theta, self%displacement, self%stress, self%imposed_strain)
+    call take_off(map%of_cells, of_materials, self%plastic, self%stress)
+    call take_off(map%of_cells, of_materials, self%creep, self%stress)
     self%von_mises = von_mises(self%stress)
     call find_stresses(map%mechanics, map%of_nodes, of_materials, theta, self%displacement, self%stress_smoothed)
+    call take_off(map%of_nodes, of_materials, self%plastic_smoothed, self%stress_smoothed)
+    call take_off(map%of_nodes, of_materials, self%creep_smoothed, self%stress_smoothed)
     self%von_mises_smoothed = von_mises(self%stress_smoothed)
   end subroutine take_stresses
+
+  !> Takes the stresses of strains off that cause none.
+  pure subroutine take_off(rows, of_materials, strains, stresses)
+    type(strain_map_t), intent(in) :: rows
+    !> result of laws
+    real(rk), intent(in) :: of_materials(:, :, :)
+    !> [-] not allocated: none; the first six of each row count, shears as angles
+    real(rk), allocatable, intent(in) :: strains(:, :)
+    !> [force/length**2] shape (n_stresses, n_rows)
+    real(rk), intent(inout) :: stresses(:, :)
+    real(rk), allocatable :: parts(:, :)
+
+    if (.not. allocated(strains)) return
+    allocate (parts, mold=stresses)
+    call rows%fill_stresses(of_materials, strains, parts)
+    stresses = stresses - parts
+  end subroutine take_off
 
   !> Computes stresses and, if imposed_strains is present, imposed strains of the rows of one strain map. A row is a cell or a node.
   pure subroutine find_stresses(mechanics, rows, of_materials, theta, displacement, stresses, imposed_strains)

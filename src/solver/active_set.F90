@@ -164,7 +164,7 @@ contains
   end subroutine solve
 
   !> Finds the active set of one point, and sets the state. Starts with the pairs of `start`, or with every pair closed, so that a
-  !> body that only contact holds is held from the first step on. If an accurate solution asks for a set that another one had before,
+  !> body that only contact holds is held from the first step on. If an accurate solution asks for a set that another had before,
   !> from then on a step changes only the wrong pair with the lowest number, or exchanges it for another one (change_first): without
   !> rounding errors this cannot cycle, but it needs more steps. Collective.
   subroutine find_set(self, system, theta, state, ierr)

@@ -128,10 +128,13 @@ module sig_newton
     real(rk) :: energy = 0
   end type course_t
 
-  !> [-] an answer leaves at most this share of the forces, and its last step was at most that share of the displacement, unless
-  !> what it leaves is rounding, the third
-  real(rk), parameter :: residual_tolerance = 1.0e-10_rk, step_tolerance = 1.0e-6_rk, rounding_of_forces = 1.0e-13_rk
-  !> [-] forces are compared with at least this share of |K| |u|, because those of a rigid motion are only rounding
+  !> [-] an answer leaves at most this share of the forces, and its last step was at most that share of the displacement
+  real(rk), parameter :: residual_tolerance = 1.0e-12_rk, step_tolerance = 1.0e-6_rk
+  !> [-] or what it leaves is rounding: this share of the forces, or of |K| |u|
+  real(rk), parameter :: rounding_of_forces = 1.0e-13_rk, rounding_of_products = epsilon(1.0_rk)
+  !> [-] or its last step was so small that Newton's next one would be rounding: with multigrid the linear problem has the error
+  real(rk), parameter :: coarse_residual = 1.0e-8_rk, small_step = 1.0e-10_rk
+  !> [-] forces are compared with at least this share of |K| |u|, because where nothing presses they are rounding
   real(rk), parameter :: smallest_share = 1.0e-6_rk
   integer, parameter :: most_iterations = 25
   !> a step is at least 1/2**most_cuts of that of the deck
@@ -279,7 +282,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(iterate_t) :: now
     real(rk), allocatable :: direction(:)
-    real(rk) :: moved
+    real(rk) :: moved, residual, rounding
     integer :: i
 
     PetscCall(take_data(self, mesh, body, data, course%external, ierr))
@@ -288,7 +291,7 @@ contains
     allocate (course%residuals(0))
     now%displacement = self%last%displacement
     PetscCall(evaluate(self, mesh, body, data, dt, now, ierr))
-    do i = 1, most_iterations
+    do i = 1, min(most_iterations, self%solver%max_iterations)
       if (.not. now%is_solved) exit
       PetscCall(solve_linear(self, mesh, body, course, ierr))
       if (course%found%reason /= reason_converged) return
@@ -297,16 +300,19 @@ contains
       if (.not. now%is_solved) exit
       PetscCall(take_step(self, mesh, body, data, dt, direction, course, i == 1, now, moved, ierr))
       if (.not. now%is_solved) exit
-      course%residuals = [course%residuals, residual_of(self, now, course%external, course%found%multipliers)]
+      call measure(self, now, course%external, course%found%multipliers, residual, rounding)
+      course%residuals = [course%residuals, residual]
       if (moved < 1) cycle
-      associate (r => course%residuals(i))
-        if (r <= rounding_of_forces .or. (r <= residual_tolerance .and. &
-          maxval(abs(direction)) <= step_tolerance * maxval(abs(now%displacement)))) exit
+      if (residual <= max(rounding_of_forces, rounding)) exit
+      associate (share => maxval(abs(direction)) / max(maxval(abs(now%displacement)), tiny(moved)))
+        if (residual <= residual_tolerance .and. share <= step_tolerance) exit
+        if (residual <= coarse_residual .and. share <= small_step) exit
       end associate
     end do
     course%energy = now%energy
     course%forces = now%forces
-    if (i > most_iterations .or. .not. now%is_solved) course%found%reason = reason_no_material_answer
+    if (i > min(most_iterations, self%solver%max_iterations) .or. .not. now%is_solved) &
+      course%found%reason = reason_no_material_answer
   end subroutine find_equilibrium
 
   !> Puts what is given at a time into the linear problem, and computes the loads without the forces of imposed strains in cells
@@ -470,23 +476,28 @@ contains
     end function work_along
   end subroutine take_step
 
-  !> Returns the largest entry of int B' sigma + B' lambda - F on the free dofs, over the largest of the parts of these forces [-].
+  !> Computes the largest entry of int B' sigma + B' lambda - F on the free dofs, over the largest of the parts of these forces.
   !> Local.
-  function residual_of(self, now, external, multipliers) result(residual)
+  subroutine measure(self, now, external, multipliers, residual, rounding)
     type(newton_t), intent(in) :: self
     type(iterate_t), intent(in) :: now
+    !> [force] F
     real(rk), intent(in) :: external(:)
     real(rk), intent(in) :: multipliers(:)
-    real(rk) :: residual
+    !> [-]
+    real(rk), intent(out) :: residual
+    !> [-] how large it is for rounding alone
+    real(rk), intent(out) :: rounding
     real(rk) :: contact(size(external)), whole
 
     contact = self%system%rows%apply_transpose(multipliers, size(external))
-    whole = max(maxval(now%sizes), maxval(abs(external)), maxval(abs(contact)), &
-      smallest_share * self%system%stiffness_size * maxval(abs(now%displacement)))
-    residual = maxval(abs(now%forces + contact - external), mask=.not. self%system%boundary%is_prescribed)
-    residual = max(0.0_rk, residual)
-    if (whole > 0) residual = residual / whole
-  end function residual_of
+    associate (of_displacement => self%system%stiffness_size * maxval(abs(now%displacement)))
+      whole = max(maxval(now%sizes), maxval(abs(external)), maxval(abs(contact)), smallest_share * of_displacement, tiny(whole))
+      residual = maxval(abs(now%forces + contact - external), mask=.not. self%system%boundary%is_prescribed)
+      residual = max(0.0_rk, residual) / whole
+      rounding = rounding_of_products * of_displacement / whole
+    end associate
+  end subroutine measure
 
   !> Makes the solution of a step the accepted state. Collective.
   subroutine accept_step(self, mesh, body, before, now, course, ierr)

@@ -195,6 +195,8 @@ contains
     associate (unit => model%fields%stress_unit)
       if (model%fields%has_imposed_strains()) call self%file%add_cell_field('imposed_strain', values%imposed_strain, '-', &
         'mean of what is imposed on the cell by temperature or swelling; stresses come from the rest of the strain')
+      if (allocated(values%plastic)) call write_flow(self%file, values%plastic, values%plastic_smoothed, 'plastic')
+      if (allocated(values%creep)) call write_flow(self%file, values%creep, values%creep_smoothed, 'creep')
       call self%file%add_cell_field('stress', values%stress, unit, 'mean stress of the cell, ' // author)
       call self%file%add_cell_field('von_mises', values%von_mises, unit, 'von Mises stress of the mean stress of the cell')
       call self%file%add_node_field('stress_smoothed', values%stress_smoothed, unit, &
@@ -203,6 +205,25 @@ contains
         'von Mises stress of the smoothed stress')
     end associate
   end subroutine write_stresses
+
+  !> Writes plastic strains or creep strains: the equivalent strain of cells and smoothed at nodes, and the tensor of cells.
+  subroutine write_flow(file, of_cells, of_nodes, kind)
+    type(field_file_t), intent(inout) :: file
+    !> as in field_values_t
+    real(rk), intent(in) :: of_cells(:, :)
+    real(rk), intent(in) :: of_nodes(:, :)
+    !> `plastic` or `creep`
+    character(*), intent(in) :: kind
+    real(rk) :: tensors(6, size(of_cells, 2))
+
+    tensors = of_cells(:6, :)
+    tensors(4:, :) = tensors(4:, :) / 2
+    call file%add_cell_field(kind // '_strain', of_cells(7, :), '-', &
+      'accumulated equivalent ' // kind // ' strain, mean of the cell')
+    call file%add_cell_field(kind // '_strain_tensor', tensors, '-', kind // ' strain, mean of the cell')
+    call file%add_node_field(kind // '_strain_smoothed', of_nodes(7, :), '-', &
+      'accumulated equivalent ' // kind // ' strain of the cells around the node, weighted by volume, of one material')
+  end subroutine write_flow
 
   !> Closes the files and gives them their final names; after a failure in fields.h5, contact.h5 is not closed. Errors: the first
   !> failure since create.

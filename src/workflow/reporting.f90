@@ -258,6 +258,7 @@ contains
         call report%add(key // 'contact_force', sum(states(i)%normal_forces()))
         call report_friction(key, states(i), report)
       end if
+      call report_flow(key, states(i), report)
       call report%add(key // 'seconds', states(i)%seconds)
       call report%add(key // 'residuals/equilibrium', states(i)%residuals%equilibrium)
       call report%add(key // 'residuals/penetration', states(i)%residuals%penetration)
@@ -283,6 +284,25 @@ contains
       call report%add(key // 'friction/n_solutions', state%n_solutions)
     end associate
   end subroutine report_friction
+
+  !> Adds how Newton's method went where materials flow: how often steps were cut in two, the residual behind each iteration of the
+  !> last step, the largest equivalent strains, or up to which time there is an answer. Nothing where no material flows.
+  subroutine report_flow(key, state, report)
+    !> of the point, with a slash at its end
+    character(*), intent(in) :: key
+    type(contact_state_t), intent(in) :: state
+    type(run_report_t), intent(inout) :: report
+
+    if (.not. allocated(state%flow)) return
+    call report%add(key // 'flow/n_cuts', state%flow%n_cuts)
+    call report%add(key // 'flow/newton_residuals', state%flow%residuals)
+    if (state%reason == reason_converged) then
+      call report%add(key // 'flow/largest_plastic_strain', maxval(state%flow%plastic(7, :)))
+      call report%add(key // 'flow/largest_creep_strain', maxval(state%flow%creep(7, :)))
+    else
+      call report%add(key // 'flow/reached', state%flow%reached)
+    end if
+  end subroutine report_flow
 
   !> Adds the reaction forces at one point, only prescribed components, below points/<i_point>/reactions/1, 2, ... with the name of
   !> each boundary inside: a name may contain characters that a key may not.

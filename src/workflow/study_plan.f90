@@ -95,7 +95,9 @@ contains
     call count_points(problem%deck, n_training, n_test)
     if (.not. problem%has_fixed_stiffness) return
     lines = [string_t('memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')]
-    if (n_training == 0) return
+    if (problem%flow%is_there()) lines = [lines, string_t('materials yield or creep: signorom solve solves their histories; ' // &
+      'there are no reduced models of them yet')]
+    if (n_training == 0 .or. problem%flow%is_there()) return
     associate (plan => problem%plan, sizes => problem%sizes)
       cost = sweep_cost(plan%type, plan%linear, sizes, n_training)
       lines = [lines, string_t('predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))]

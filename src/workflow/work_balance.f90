@@ -17,7 +17,7 @@
 !> first time nothing is displaced or loaded, and overlaps are zero.
 module sig_work_balance
   use sig_contact_rows, only: contact_rows_t
-  use sig_contact_state, only: contact_state_t
+  use sig_contact_state, only: contact_state_t, flow_answer_t
   use sig_deck_units, only: moment_unit
   use sig_kinds, only: rk
   use sig_problem, only: problem_t
@@ -96,8 +96,8 @@ contains
     sizes = sizes + dot_product(abs(old) + abs(new), abs(moved)) / 2
   end subroutine mean_work
 
-  !> Adds the balance of work of all steps below points/<i>/work, and the unit of work. Does nothing without friction, and after a
-  !> state of a history without a solution. Local.
+  !> Adds the balance of work of all steps below points/<i>/work, and the unit of work. Does nothing where nothing remembers, and
+  !> after a state of a history without a solution. Where materials flow, the solver has measured it. Local.
   subroutine report_work(problem, points, states, report)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -109,8 +109,14 @@ contains
     real(rk), allocatable :: theta(:, :)
     integer :: i, i_bad_point, i_bad_source, n_times
 
-    if (.not. problem%laws%remembers()) return
+    if (.not. problem%remembers()) return
     call report%add('units/work', moment_unit(problem%deck))
+    if (problem%flow%is_there()) then
+      do i = 1, size(states)
+        if (states(i)%reason == reason_converged) call report_flow(states(i)%flow, 'points/' // to_text(i) // '/work/', report)
+      end do
+      return
+    end if
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     n_times = max(1, problem%deck%history%states%n_times())
     do i = 1, size(states)
@@ -155,6 +161,29 @@ contains
     before%gap(n_normal + 1:) = 0
     before%energy = 0
   end subroutine begin
+
+  !> Adds the work of a step where materials flow. The error of the time steps is what the mean stresses and contact forces do more
+  !> than those at the end.
+  subroutine report_flow(flow, group, report)
+    type(flow_answer_t), intent(in) :: flow
+    !> path of the keys, with its last slash
+    character(*), intent(in) :: group
+    type(run_report_t), intent(inout) :: report
+
+    associate (work => flow%work)
+      call report%add(group // 'loads', work%loads)
+      call report%add(group // 'supports', work%supports)
+      call report%add(group // 'energy', work%energy)
+      call report%add(group // 'imposed_strains', work%imposed)
+      call report%add(group // 'plastic', work%plastic)
+      call report%add(group // 'creep', work%creep)
+      call report%add(group // 'contact', work%contact)
+      call report%add(group // 'gaps', work%gaps)
+      call report%add(group // 'friction', work%friction)
+      call report%add(group // 'time_error', work%inelastic - work%plastic - work%creep + work%contact - work%gaps - work%friction)
+      call report%add(group // 'residual', flow%work_residual)
+    end associate
+  end subroutine report_flow
 
   subroutine report_step(work, group, report)
     type(work_of_step_t), intent(in) :: work
