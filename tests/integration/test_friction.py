@@ -184,17 +184,34 @@ def test_lost_histories(signorom, tmp_path):
     )
 
 
-def test_full_slip(signorom, tmp_path):
-    """Drawn far by its top, a block slips everywhere: friction is mu times pressure, and turns with the motion."""
+@pytest.mark.parametrize("has_moved_end", [False, True])
+def test_full_slip(signorom, tmp_path, has_moved_end):
+    """Drawn far by its top, a block slips everywhere: friction is mu times pressure, and turns with the motion.
+
+    With the left end of the upper block moved along and that of the lower one held, nodes there slip, too: prescribed
+    displacements along the surfaces do not make a plane of symmetry.
+    """
+    ends = "{boundary: left, displacement: {x: 0}}, {boundary: upper_left, displacement: {x: 1e-3 * shear}}, "
     changes = {
         "loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]": "",
         "boundary_conditions: [": (
-            "boundary_conditions: [{boundary: top, displacement: {x: 1e-3 * shear, y: -1e-6 * load}}, "
+            f"boundary_conditions: [{ends if has_moved_end else ''}"
+            "{boundary: top, displacement: {x: 1e-3 * shear, y: -1e-6 * load}}, "
         ),
         "mu: {min: 0.3, max: 1}": "mu: {min: 0.05, max: 1}",
         "{P: 4, mu: 0.3}": "{P: 4, mu: 0.1}",
     }
-    signorom("solve", write_deck(tmp_path, **changes), folder=tmp_path)
+    deck = write_deck(tmp_path, **changes)
+    mesh = stacked_blocks("Q4", 2)
+    mesh.elements = [
+        (kind, "upper_left" if name == "left" and mesh.coordinates[nodes, 1].mean() > 0 else name, nodes)
+        for kind, name, nodes in mesh.elements
+    ]
+    # upper edges that are shorter at the ends, so that the rows there have free nodes, too
+    face = mesh.coordinates[mesh.nodes_of("upper_face")]
+    mesh.coordinates[mesh.nodes_of("upper_face"), 0] -= 0.3 * face[:, 0] * (1 - face[:, 0])
+    mesh.write(tmp_path / "part.msh")
+    signorom("solve", deck, folder=tmp_path)
     table = read_table(tmp_path / "results" / "part" / "history.csv")
     for row in range(8 + 3, 16):
         normal, tangential = forces_of(table, row, "lambda"), forces_of(table, row, "tau")
@@ -382,9 +399,12 @@ def test_units(signorom, tmp_path, results):
             assert 1e3 * forces_of(table, row, kind) == pytest.approx(forces_of(wanted, row, kind), abs=1e-10)
 
 
-@pytest.mark.parametrize("moved", [0.0, 0.25])
-def test_tied(signorom, tmp_path, moved):
-    """Blocks whose nodes match or not hang together under a pull, as one bar of the height 2; nu = 0."""
+@pytest.mark.parametrize(("moved", "apart"), [(0.0, 0.0), (0.25, 0.0), (0.0, 1e-3), (0.25, 1e-3)])
+def test_tied(signorom, tmp_path, moved, apart):
+    """Blocks whose nodes match or not hang together under a pull, as one bar of the height 2; nu = 0.
+
+    Also where there is a gap between their meshes: tied, they do not close it.
+    """
     changes = {
         "friction: mu": "tied: true",
         "poisson_ratio: 0.3": "poisson_ratio: 0",
@@ -394,7 +414,9 @@ def test_tied(signorom, tmp_path, moved):
         "mu: {min: 0.3, max: 1}": "mu: {min: 0.3, max: 1}",
     }
     deck = write_deck(tmp_path, **changes)
-    stacked_blocks("Q4", 2, moved=moved).write(tmp_path / "part.msh")
+    mesh = stacked_blocks("Q4", 2, moved=moved)
+    mesh.coordinates[mesh.nodes_of("upper"), 1] += apart
+    mesh.write(tmp_path / "part.msh")
     signorom("run", deck, folder=tmp_path)
     there = tmp_path / "results" / "part"
     fields = read_fields(there / "fields.h5", 8)

@@ -88,8 +88,13 @@ def test_stages(planted: Planted) -> list[tuple[list[str], str]]:
     own = ([f"unit_{planted.layer}"], rf"^unit\.{planted.layer}\.")
     if planted.layer == "python":
         own = ([], "^python")
-    # tests of the program also load the library for C, which keeps an error of before if it is not built again
-    return [own] + ([(["signorom", "signorom_online"], f"^({planted.further})")] if planted.further else [])
+    if not planted.further:
+        return [own]
+    # tests of the program also load the library for C, which keeps an error of before if it is not built again, and unit
+    # tests of another layer may not be built at all
+    layers = sorted(set(re.findall(r"unit\.(\w+)", planted.further)))
+    targets = ["signorom", "signorom_online", *(f"unit_{layer}" for layer in layers)]
+    return [own, (targets, f"^({planted.further})")]
 
 
 def try_stage(tree: Tree, targets: list[str], pattern: str) -> list[str] | str:
