@@ -863,7 +863,6 @@ PLANTED = [
         "history%times(1) > 0 .and.",
         "history%times(1) >= 0 .and.",
         "a model file may have a step of no length",
-        "unit.online|integration.test_hostile_files",
     ),
     Planted(
         SRC + "deck/deck_read_history.f90",
@@ -876,13 +875,6 @@ PLANTED = [
         "if (i_table > 0) cycle\n      do i_time = 1, history%n_times()",
         "if (i_table > 0) cycle\n      do i_time = 1, 1",
         "the range of a table is that of its first time",
-    ),
-    Planted(
-        SRC + "online/c_api_history.f90",
-        "    handle%has_answer = .false.\n    if (.not. has_size",
-        "    if (.not. has_size",
-        "fields of the last answer stay there while a step fails",
-        "integration.test_(friction|history|online_library|friction_fmu)",
     ),
     Planted(
         SRC + "reduction/condensed/response_errors.f90",
