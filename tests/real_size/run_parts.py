@@ -327,6 +327,8 @@ def main():
     )
     arguments = parser.parse_args()
     program = Path(os.environ.get("SIGNOROM_EXECUTABLE", ROOT / "build" / "release" / "signorom")).resolve()
+    # not the latest of all builds, which may be one with sanitizers that Python cannot load
+    os.environ["SIGNOROM_LIBRARY"] = str(program.parent / "src/online/libsignorom_online.so")
     warnings.simplefilter("ignore", NotAcceptedWarning)  # the verdict is printed
     print(load_text())
     missed = {}
