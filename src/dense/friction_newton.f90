@@ -39,7 +39,7 @@ contains
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
     !> of W, shape (n_rows, n_rows); default: steps do without it. Requires: workspace%base
-    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    real(rk), intent(in), optional :: inverse(:, :)
     logical :: has_openings, is_singular
     integer :: i_lowest, i_step
 

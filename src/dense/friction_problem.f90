@@ -62,7 +62,8 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     !> of W, same shape: steps in which most contacts stick are then much faster; default: do without it
-    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    ! not contiguous: gfortran 12 reads the address of an absent contiguous argument to pass it on
+    real(rk), intent(in), optional :: inverse(:, :)
     logical :: is_solved
     real(rk) :: f(contacts%n_contacts)
 
@@ -175,7 +176,7 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    real(rk), intent(in), optional :: inverse(:, :)
     real(rk) :: swept(size(matrix, 1))
     integer :: i_round
     logical :: is_swept
@@ -260,7 +261,7 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    real(rk), intent(in), optional :: inverse(:, :)
 
     workspace%tolerance = rounding
     if (present(inverse)) then
@@ -407,7 +408,7 @@ contains
     type(friction_solution_t), intent(in) :: known
     type(friction_workspace_t), intent(inout) :: workspace
     integer, intent(out) :: n_solutions
-    real(rk), contiguous, intent(in), optional :: inverse(:, :)
+    real(rk), intent(in), optional :: inverse(:, :)
     type(friction_solution_t) :: found(2)
     real(rk) :: f(contacts%n_contacts)
     logical :: is_solved, is_new(2)
