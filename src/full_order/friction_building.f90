@@ -74,6 +74,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(tangential_rows_t) :: tangential
     logical, allocatable :: is_held(:)
+    logical :: has_tangents(normal%n_rows)
     integer :: k
 
     laws = laws_without_friction(normal%n_rows)
@@ -84,6 +85,7 @@ contains
           normal%gap(k, :) = 0
           call add_motion(motion_terms, normal, k)
         end if
+        has_tangents(k) = entry%has_friction .or. entry%tied == 'true'
         if (.not. entry%has_friction) cycle
         laws%friction_terms(k) = friction_terms(normal%contact_entry(k))
         laws%friction_factors(k) = merge(entry%friction%constant, 1.0_rk, entry%friction%is_constant)
@@ -91,10 +93,7 @@ contains
     end do
     is_held = boundary%is_prescribed
     is_held(boundary%prescribed_dofs) = all(boundary%prescribed_values == 0, dim=2)
-    associate (contact => deck%contact(normal%contact_entry))
-      call create_tangential_rows(normal, contact%has_friction .or. contact%tied == 'true', mesh%coordinates, &
-        boundary%is_prescribed, is_held, tangential)
-    end associate
+    call create_tangential_rows(normal, has_tangents, mesh%coordinates, boundary%is_prescribed, is_held, tangential)
     do k = 1, tangential%rows%n_rows
       call add_motion(motion_terms, tangential%rows, k)
     end do
