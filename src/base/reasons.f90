@@ -20,6 +20,8 @@ module sig_reasons
   integer, parameter, public :: reason_sliding = -8
   !> no equilibrium of a material that flows was found
   integer, parameter, public :: reason_no_material_answer = -9
+  !> a property of such a material is out of its range
+  integer, parameter, public :: reason_bad_property = -10
 
   ! reasons of a reduced model
   !> the point does not have one value for each parameter
@@ -98,6 +100,8 @@ contains
       text = 'there is no equilibrium: a body slides, because friction cannot hold it against the loads'
     case (reason_no_material_answer)
       text = 'no equilibrium was found where materials flow, even by short steps: the load may be above what they carry'
+    case (reason_bad_property)
+      text = 'a value of plasticity or creep is not finite or out of its range at an integration point'
     case (reason_bad_point)
       text = 'the point needs one value for each parameter'
     case (reason_bad_term)

@@ -76,6 +76,7 @@ module sig_flowing_cells
     procedure :: tangent_of_cell
     procedure :: accept
     procedure :: count_yielding
+    procedure :: count_bad_properties
   end type flowing_cells_t
 
 contains
@@ -279,4 +280,21 @@ contains
       end associate
     end do
   end subroutine count_yielding
+
+  !> Counts the points of this rank with a property that its law does not take.
+  pure integer function count_bad_properties(self, body, data) result(n)
+    class(flowing_cells_t), intent(in) :: self
+    type(elastic_body_t), intent(in) :: body
+    type(point_data_t), intent(in) :: data
+    integer :: i, k
+
+    n = 0
+    do i = 1, size(self%cells)
+      associate (law => self%laws(body%material_of_cell(self%cells(i)))%law)
+        do k = self%offsets(i) + 1, self%offsets(i + 1)
+          if (law%bad_property(data%properties(:law%n_properties(), k)) > 0) n = n + 1
+        end do
+      end associate
+    end do
+  end function count_bad_properties
 end module sig_flowing_cells

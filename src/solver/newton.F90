@@ -30,7 +30,7 @@ module sig_newton
   use sig_material_law, only: creep_strain_at, creep_strains, plastic_strain_at, plastic_strains
   use sig_mesh, only: mesh_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
-  use sig_reasons, only: reason_converged, reason_floating_body, reason_no_material_answer, reason_pulled_off
+  use sig_reasons, only: reason_bad_property, reason_converged, reason_floating_body, reason_no_material_answer, reason_pulled_off
   use petsc
   implicit none(type, external)
   private
@@ -128,8 +128,9 @@ module sig_newton
     real(rk) :: energy = 0
   end type course_t
 
-  !> [-] an answer leaves at most this share of the forces, and its last step was at most that share of the displacement
-  real(rk), parameter :: residual_tolerance = 1.0e-12_rk, step_tolerance = 1.0e-6_rk
+  !> [-] an answer leaves at most this share of the forces (with multigrid the second one, because its conjugate gradients leave
+  !> 1e-11), and its last step was at most that share of the displacement
+  real(rk), parameter :: residual_tolerance = 1.0e-12_rk, multigrid_tolerance = 1.0e-10_rk, step_tolerance = 1.0e-6_rk
   !> [-] or what it leaves is rounding: this share of the forces, or of |K| |u|
   real(rk), parameter :: rounding_of_forces = 1.0e-13_rk, rounding_of_products = epsilon(1.0_rk)
   !> [-] or its last step was so small that Newton's next one would be rounding: with multigrid the linear problem has the error
@@ -221,11 +222,19 @@ contains
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     type(course_t) :: course
+    real(rk) :: n_bad(1)
 
     course%reached = before%time
     allocate (course%slip(self%system%rows%n_rows), source=0.0_rk)
     allocate (course%n_points(size(body%hooke, 3)), course%n_yielding(size(body%hooke, 3)), source=0)
-    PetscCall(advance(self, mesh, body, before, now, 0, course, ierr))
+    n_bad(1) = self%flowing%count_bad_properties(body, now%points)
+    PetscCall(sum_over_ranks(self%system%comm, n_bad, ierr))
+    if (n_bad(1) > 0) then
+      course%found%reason = reason_bad_property
+      allocate (course%residuals(0))
+    else
+      PetscCall(advance(self, mesh, body, before, now, 0, course, ierr))
+    end if
     PetscCall(fill_state(self, mesh, body, course, state, ierr))
   end subroutine solve
 
@@ -305,7 +314,7 @@ contains
       if (moved < 1) cycle
       if (residual <= max(rounding_of_forces, rounding)) exit
       associate (share => maxval(abs(direction)) / max(maxval(abs(now%displacement)), tiny(moved)))
-        if (residual <= residual_tolerance .and. share <= step_tolerance) exit
+        if (residual <= merge(multigrid_tolerance, residual_tolerance, self%solver%is_multigrid) .and. share <= step_tolerance) exit
         if (residual <= coarse_residual .and. share <= small_step) exit
       end associate
     end do

@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Decks with plasticity and creep through all commands. Figures: tests/verification/test_flow.py."""
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from block_meshes import stacked_blocks
+from results import read_fields, read_table
+from runs import refuse
+
+DECK = """units: {length: mm, force: N, time: h}
+mesh: {file: part.msh, model: plane_strain}
+parameters: {stroke: {min: 0, max: 0.02}}
+history: {steps: [{until: 2, increments: 4}]}
+materials:
+  soft:
+    regions: [lower]
+    young_modulus: 2.0e5
+    poisson_ratio: 0.3
+    plasticity: {yield_stress: 200, isotropic_hardening: 1000}
+    creep: {norton: {coefficient: 1e-12, exponent: 4}}
+  hard: {regions: [upper], young_modulus: 4.0e5, poisson_ratio: 0.2}
+boundary_conditions:
+  - {boundary: bottom, displacement: {x: 0, y: 0}}
+  - {boundary: top, displacement: {x: 0, y: "-stroke*time"}}
+contact: [{first: lower_face, second: upper_face}]
+training: {sobol: 4}
+output: {points: [{stroke: 0.004}, {stroke: 0.01}]}
+"""
+
+
+def write_deck(folder, element="Q8", **changes):
+    """Mesh and deck, with texts replaced."""
+    mesh = stacked_blocks(element, 2)
+    mesh.write(folder / "part.msh")
+    text = DECK
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (folder / "part.yaml").write_text(text)
+    return folder / "part.yaml"
+
+
+def test_solve(signorom, tmp_path):
+    """Two points with four times each: fields of plastic and creep strain, history.csv, the report."""
+    deck = write_deck(tmp_path)
+    printed = signorom("check", deck, folder=tmp_path)
+    assert "there are no reduced models of them yet" in printed
+    signorom("solve", deck, folder=tmp_path)
+    results = tmp_path / "results" / "part"
+    report = yaml.safe_load((results / "report.yaml").read_text())
+    assert [point["status"] for point in report["points"].values()] == ["converged"] * 8
+    table = read_table(results / "history.csv")
+    assert len(table["time"]) == 8
+    # the second point begins from the virgin state again
+    first = [read_fields(results / "fields.h5", i) for i in (1, 5)]
+    assert first[1]["creep_strain"].max() < read_fields(results / "fields.h5", 8)["creep_strain"].max() / 2
+    for last in (4, 8):
+        field = read_fields(results / "fields.h5", last)
+        assert field["plastic_strain"].max() == pytest.approx(
+            report["points"][str(last)]["flow"]["largest_plastic_strain"], rel=0.5
+        )
+        trace = field["plastic_strain_tensor"][:, :3].sum(axis=1)
+        assert np.abs(trace).max() <= 1e-12
+        is_soft = field["region"] == field["region"][np.argmax(field["plastic_strain"])]
+        assert np.all(field["plastic_strain"][~is_soft] == 0)
+        assert np.all(field["creep_strain"][~is_soft] == 0)
+        assert np.all(field["creep_strain"][is_soft] > 0)
+        # accumulated strains do not fall
+        before = read_fields(results / "fields.h5", last - 1)
+        assert np.all(field["plastic_strain"] >= before["plastic_strain"] - 1e-15)
+        assert np.all(field["creep_strain"] >= before["creep_strain"])
+    with h5py.File(results / "fields.h5") as file:
+        names = set(file["points/0001"])
+    assert {"plastic_strain_smoothed", "creep_strain_smoothed", "creep_strain_tensor"} <= names
+
+
+def test_without_creep_there_are_no_fields_of_it(signorom, tmp_path):
+    """Only the fields of what the materials do."""
+    deck = write_deck(tmp_path, **{"    creep: {norton: {coefficient: 1e-12, exponent: 4}}\n": ""})
+    signorom("solve", deck, folder=tmp_path)
+    field = read_fields(tmp_path / "results" / "part" / "fields.h5", 4)
+    assert "plastic_strain" in field
+    assert "creep_strain" not in field
+
+
+@pytest.mark.parametrize("command", ["sample", "train", "run"])
+def test_no_model(signorom, tmp_path, command):
+    """There is no reduced model of such materials yet: a sentence, and exit code 2."""
+    message = refuse(signorom, command, write_deck(tmp_path), folder=tmp_path)
+    assert "error: materials.soft yields or creeps, and there is no reduced model for that yet" in message
+    assert "part.yaml:10:" in message
+
+
+@pytest.mark.parametrize(("element", "why"), [("T3", "locks"), ("Q9", "has no rule of integration for that")])
+def test_elements(signorom, tmp_path, element, why):
+    """Elements that lock, or would have modes without stiffness, are refused in regions that flow."""
+    deck = write_deck(tmp_path, element)
+    done = signorom.run("solve", deck, folder=tmp_path)
+    assert done.returncode == 2
+    assert f"of its regions is a {element}, which {why}" in done.stderr
+    assert "take Q8, T6 or Q4" in done.stderr
+
+
+def test_elastic_regions_may_have_any_element(signorom, tmp_path):
+    """The same deck whose materials are elastic takes Q9."""
+    flow = DECK[DECK.index("    plasticity") : DECK.index("  hard")]
+    signorom("solve", write_deck(tmp_path, "Q9", **{flow: ""}), folder=tmp_path)
+
+
+def test_values_out_of_range_at_a_place(signorom, tmp_path):
+    """A yield stress that the temperature makes negative at some points: the times before it are answered."""
+    deck = write_deck(
+        tmp_path,
+        **{
+            "yield_stress: 200": 'yield_stress: "200 - T"',
+            "poisson_ratio: 0.3\n": "poisson_ratio: 0.3\n    thermal_expansion: 0\n",
+            "contact:": 'imposed_strains: [{region: lower, temperature: "120*time*x", reference: 0}]\ncontact:',
+        },
+    )
+    done = signorom.run("solve", deck, folder=tmp_path)
+    assert done.returncode == 3, done.stderr
+    assert (
+        "a value of plasticity or creep is not finite or out of its range at an integration point"
+        in done.stderr
+    )
+    report = yaml.safe_load((tmp_path / "results" / "part" / "report.yaml").read_text())
+    states = [point["status"] == "converged" for point in report["points"].values()]
+    assert states == [True, True, True, False] * 2
