@@ -207,11 +207,14 @@ contains
     character(*), intent(in) :: file
     type(table_t), intent(inout) :: table
     type(error_t), allocatable :: error
+    type(string_t) :: columns(2)
     real(rk), allocatable :: nodes(:, :)
     integer :: i
 
     if (file == '') return
-    call read_points(path_below(tree%path, file), [string_t(time_name), string_t('value')], nodes, error)
+    columns(1)%text = time_name
+    columns(2)%text = 'value'
+    call read_points(path_below(tree%path, file), columns, nodes, error)
     if (allocated(error)) then
       call tree%errors%add(error)
       return

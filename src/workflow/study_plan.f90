@@ -13,7 +13,7 @@ module sig_study_plan
   use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, operator(+), point_cost, problem_size_t, &
     solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
-  use sig_text, only: counted, string_t
+  use sig_text, only: append_text, counted, string_t
   implicit none(type, external)
   private
   public :: plan_study, stage_lines
@@ -94,20 +94,20 @@ contains
     allocate (lines(0))
     call count_points(problem%deck, n_training, n_test)
     if (.not. problem%has_fixed_stiffness) return
-    lines = [string_t('memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')]
-    if (problem%flow%is_there()) lines = [lines, string_t('materials yield or creep: signorom solve solves their histories; ' // &
-      'there are no reduced models of them yet')]
+    call append_text(lines, 'memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')
+    if (problem%flow%is_there()) call append_text(lines, 'materials yield or creep: signorom solve solves their histories; ' // &
+      'there are no reduced models of them yet')
     if (n_training == 0 .or. problem%flow%is_there()) return
     associate (plan => problem%plan, sizes => problem%sizes)
       cost = sweep_cost(plan%type, plan%linear, sizes, n_training)
-      lines = [lines, string_t('predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))]
+      call append_text(lines, 'predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))
       call choose_model_kind(problem, kind, reason)
       if (kind == 'condensed') then
         cost = training_cost(problem)
-        lines = [lines, string_t('predicted: training: ' // text_of(cost) // '; model file of at most ' // &
-          memory_text(model_size(problem)))]
+        call append_text(lines, 'predicted: training: ' // text_of(cost) // '; model file of at most ' // &
+          memory_text(model_size(problem)))
       else if (kind == 'hhr' .and. reason /= '') then
-        lines = [lines, string_t('hyper-reduction (reduction.method: auto): ' // reason)]
+        call append_text(lines, 'hyper-reduction (reduction.method: auto): ' // reason)
       end if
       if (n_test == 0) return
       if (plan%type == 'condensed') then
@@ -116,7 +116,7 @@ contains
       else
         cost = sweep_cost(plan%type, plan%linear, sizes, n_test)
       end if
-      lines = [lines, string_t('predicted: validation at ' // counted(n_test, 'point') // ': ' // text_of(cost))]
+      call append_text(lines, 'predicted: validation at ' // counted(n_test, 'point') // ': ' // text_of(cost))
     end associate
   end function stage_lines
 
