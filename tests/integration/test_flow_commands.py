@@ -129,3 +129,55 @@ def test_values_out_of_range_at_a_place(signorom, tmp_path):
     report = yaml.safe_load((tmp_path / "results" / "part" / "report.yaml").read_text())
     states = [point["status"] == "converged" for point in report["points"].values()]
     assert states == [True, True, True, False] * 2
+
+
+RUBBING = """units: {length: m, force: N, time: h}
+mesh: {file: part.msh, model: plane_strain}
+parameters: {P: {min: 1, max: 9}}
+history:
+  tables:
+    load: {time: [0, 1, 4], value: [0, P, P]}
+    shear: {time: [0, 1, 2, 3, 4], value: [0, 0, "0.2 * P", "-0.2 * P", 0]}
+  steps: [{until: 1, increments: 2}, {until: 4, increments: 12}]
+materials:
+  all: {regions: [lower, upper], young_modulus: 2.0e6, poisson_ratio: 0.3}
+  far: {regions: [far], young_modulus: 2.0e6, poisson_ratio: 0.3}
+boundary_conditions: [{boundary: bottom, displacement: {x: 0, y: 0}}, {boundary: foot, displacement: {x: 0, y: 0}}]
+loads: [{boundary: top, pressure: load}, {boundary: top, traction: {x: shear}}]
+contact: [{first: lower_face, second: upper_face, friction: 0.4}]
+output: {points: [{P: 4}, {P: 8}]}
+"""
+
+
+@pytest.mark.parametrize("friction", [", friction: 0.4", ""])
+def test_elastic_bodies_beside_a_material_that_flows(signorom, tmp_path, friction):
+    """A body far away that yields changes nothing: Newton's method finds what the steps with friction find.
+
+    The upper block is held by contact and friction alone, and slips to and fro; without friction it is held along x.
+    """
+    mesh = stacked_blocks("Q4", 2)
+    line = np.linspace(0, 1, 3)
+    mesh.add_block("far", [5 + line, line], "Q4", {(1, 0): "foot"})
+    text = RUBBING.replace(", friction: 0.4", friction)
+    if not friction:
+        text = text.replace(
+            "displacement: {x: 0, y: 0}}]",
+            "displacement: {x: 0, y: 0}}, {boundary: top, displacement: {x: 0}}]",
+        )
+    found = []
+    for name, law in (("elastic", ""), ("flowing", ", plasticity: {yield_stress: 1}")):
+        folder = tmp_path / name
+        folder.mkdir()
+        mesh.write(folder / "part.msh")
+        (folder / "part.yaml").write_text(
+            text.replace("poisson_ratio: 0.3}\nboundary", f"poisson_ratio: 0.3{law}}}\nboundary")
+        )
+        signorom("solve", folder / "part.yaml", folder=folder)
+        path = folder / "results" / "part" / "fields.h5"
+        found.append([read_fields(path, i) for i in range(1, 29)])
+    for one, other in zip(*found, strict=True):
+        for field in ("displacement", "multipliers_full_order", "stress", *(["slip"] if friction else [])):
+            scale = max(np.abs(state[field]).max() for state in found[0])
+            np.testing.assert_allclose(other[field], one[field], rtol=0, atol=1e-9 * scale)
+    if friction:
+        assert max(np.abs(state["slip"]).max() for state in found[0]) > 0

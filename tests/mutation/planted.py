@@ -1251,4 +1251,37 @@ PLANTED = [
         "hardening%constant = tangent%constant",
         "the tangent modulus counts as hardening modulus",
     ),
+    Planted(
+        SRC + "fem/flow_strains.f90",
+        "(mean - dilatations(:, i)) / 3",
+        "(mean - dilatations(:, i)) / 2",
+        "linear cells that flow have the wrong dilatation",
+    ),
+    Planted(
+        SRC + "fem/elastic_body.f90",
+        "table_of = n_element_types + i_type",
+        "table_of = i_type",
+        "quadratic cells that flow lock",
+    ),
+    Planted(
+        SRC + "solver/newton.F90",
+        "external = data%forces - external",
+        "external = data%forces",
+        "imposed strains of cells that flow count twice",
+        "verification.test_flow",
+    ),
+    Planted(
+        SRC + "solver/newton.F90",
+        "if (allocated(self%remembered)) solver%remembered = self%remembered",
+        "continue",
+        "friction forgets where materials flow",
+        "integration.test_flow_commands",
+    ),
+    Planted(
+        SRC + "fem/flowing_cells.f90",
+        "    self%old_stresses = self%stresses\n",
+        "",
+        "the balance of work is not that of the step",
+        "verification.test_flow",
+    ),
 ]
