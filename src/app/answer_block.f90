@@ -41,14 +41,15 @@ module sig_answer_block
     !> capacity); zero and false without friction
     real(rk), allocatable :: slip(:, :)
     logical, allocatable :: slips(:, :)
-    !> these components of the answers, shape (capacity). methods: 0 without an answer; bounds: [-], negative where there is none;
-    !> is_outside: the point is outside of the trained box
+    !> these components of the answers, shape (capacity). methods: 0 without an answer; bounds, estimates: [-], negative without
+    !> one; is_outside: the point is outside of the trained box
     integer, allocatable :: clusters(:)
     integer, allocatable :: methods(:)
     integer, allocatable :: reasons(:)
     integer, allocatable :: n_solutions(:)
     real(rk), allocatable :: bounds(:)
     real(rk), allocatable :: displacement_bounds(:)
+    real(rk), allocatable :: estimates(:)
     logical, allocatable :: is_outside(:)
   contains
     procedure :: create
@@ -88,7 +89,7 @@ contains
     allocate (self%slip(online%model%n_multipliers, capacity), source=0.0_rk)
     allocate (self%slips(online%model%laws%n_contacts, capacity), source=.false.)
     allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%bounds(capacity), &
-      self%displacement_bounds(capacity), self%is_outside(capacity))
+      self%displacement_bounds(capacity), self%estimates(capacity), self%is_outside(capacity))
     do i = 1, n_threads
       allocate (self%askers(i)%counts(0:n_answer_methods), source=0)
       call self%askers(i)%query%create(online, message)
@@ -123,7 +124,7 @@ contains
 
     call c_f_pointer(data, self)
     n_each = 1
-    if (self%online%model%laws%remembers()) n_each = max(1, self%online%model%history%n_times())
+    if (self%online%model%remembers()) n_each = max(1, self%online%model%history%n_times())
     associate (asker => self%askers(i_thread_0 + 1))
       do i = 1, self%n_points
         i_share = (i - 1) / n_each
@@ -142,6 +143,7 @@ contains
         self%n_solutions(i) = asker%answer%n_solutions
         self%bounds(i) = asker%answer%relative_bound
         self%displacement_bounds(i) = asker%answer%relative_displacement_bound
+        self%estimates(i) = asker%answer%error_estimate
         asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
         if (asker%answer%n_solutions > 1) asker%n_several = asker%n_several + 1
       end do
@@ -171,13 +173,13 @@ contains
       call self%askers(i)%query%destroy()
     end do
     deallocate (self%askers, self%points, self%multipliers, self%slip, self%slips, self%clusters, self%methods, self%reasons, &
-      self%n_solutions, self%bounds, self%displacement_bounds, self%is_outside)
+      self%n_solutions, self%bounds, self%displacement_bounds, self%estimates, self%is_outside)
   end subroutine destroy
 
   !> Returns the head of the table, without a line end: the names of the parameters, cluster, next_cluster (only with several
-  !> clusters), status, solver, n_solutions, error_bound, displacement_bound, n_active, contact_force (the sum over all rows), those
-  !> of contact_columns, and lambda_<number>, the contact force of each row. The number is that of the row's owner (its first node)
-  !> in the mesh file. Commas stand between the columns.
+  !> clusters), status, solver, n_solutions, error_bound, displacement_bound, error_estimate (only where materials flow), n_active,
+  !> contact_force (the sum over all rows), those of contact_columns, and lambda_<number>, the contact force of each row. The number
+  !> is that of the row's owner (its first node) in the mesh file. Commas stand between the columns.
   function table_header(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -189,7 +191,9 @@ contains
     end do
     text = text // 'cluster,'
     if (model%n_clusters() > 1) text = text // 'next_cluster,'
-    text = text // 'status,solver,n_solutions,error_bound,displacement_bound,' // force_columns(model)
+    text = text // 'status,solver,n_solutions,error_bound,displacement_bound,'
+    if (model%has_estimates()) text = text // 'error_estimate,'
+    text = text // force_columns(model)
   end function table_header
 
   !> Returns the line of the table for point i of the block, 1-based, without a line end. Without an answer, status is the reason in
@@ -210,6 +214,7 @@ contains
     end if
     text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
       bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ','
+    if (self%online%model%has_estimates()) text = text // bound_text(self%estimates(i)) // ','
     text = text // force_values(self%online%model, self%multipliers(:, i), self%slip(:, i), self%slips(:, i), &
       self%reasons(i) > 0)
   end function line

@@ -8,7 +8,7 @@ module sig_sampling_stage
   use sig_greedy_selection, only: select_points
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
-  use sig_materials, only: has_fixed_stiffness, refuse_flow
+  use sig_materials, only: has_fixed_stiffness
   use sig_reporting, only: selection_text
   use sig_run_report, only: run_report_t
   use sig_sampling, only: sample, sampling_result_t
@@ -117,7 +117,7 @@ contains
     character(:), allocatable :: warning
 
     if (outcome%n_failed > 0) then
-      if (session%full_order%problem%laws%remembers()) then
+      if (session%full_order%problem%remembers()) then
         call log_warning(to_text(outcome%n_failed) // ' of the points did not converge (where a state of a history fails, its ' // &
           'later ones do, too), and solve --at says why; the same command tries these again, so change the deck first: loads, ' // &
           'ranges or coefficients of friction, where a body slides or is pulled off its contacts')
@@ -164,8 +164,7 @@ contains
       'set of elastic constants takes extra time (training.stiffness may save it at training points)')
   end subroutine announce_stiffness
 
-  !> Checks that the deck has a training section, and that there are models of its materials. Errors: it has none; a material yields
-  !> or creeps.
+  !> Errors: the deck has no training section.
   subroutine need_training(session, error)
     type(session_t), intent(in) :: session
     type(error_t), allocatable, intent(out) :: error
@@ -173,6 +172,5 @@ contains
     if (.not. session%deck%has_training) call make_error(error, &
       'the deck has no training section; it must name the points to sample', session%deck%path, &
       hint='for example: training: {sobol: 64}')
-    if (.not. allocated(error)) call refuse_flow(session%deck, error)
   end subroutine need_training
 end module sig_sampling_stage

@@ -5,7 +5,7 @@
 module sig_session
   use mpi, only: MPI_Comm_rank
   use sig_command_line, only: command_t
-  use sig_condensed_plan, only: check_friction
+  use sig_condensed_plan, only: check_flow, check_friction
   use sig_deck_check_study, only: complaint_about_options
   use sig_deck_config, only: deck_config_t
   use sig_deck_read, only: read_deck
@@ -121,7 +121,7 @@ contains
   end subroutine agree_on_size
 
   !> Loads the problem and plans the stages of the study together, unless that is done. Collective on all ranks. Errors: those of
-  !> the loading of the problem; those of check_friction where the deck has training points.
+  !> the loading of the problem; those of check_friction and check_flow where the deck has training points.
   subroutine load_study(self, error, ierr)
     class(session_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -132,7 +132,9 @@ contains
     PetscCall(self%full_order%load(self%deck, error, ierr))
     if (was_loaded .or. allocated(error)) return
     call plan_study(self%full_order%problem)
-    if (self%deck%has_training) call check_friction(self%full_order%problem, error)
+    if (.not. self%deck%has_training) return
+    call check_friction(self%full_order%problem, error)
+    if (.not. allocated(error)) call check_flow(self%full_order%problem, error)
   end subroutine load_study
 
   !> Logs the plan for the points that a stage will solve (announce_plan), unless an earlier stage did. Requires: check_points

@@ -83,7 +83,7 @@ contains
   !> The method is an active set method. In every step x >= 0, and a step that does not make the residual smaller is undone, so the
   !> method ends. A column that depends on those in use is not added. Source: Lawson and Hanson, Solving least squares problems
   !> (1974), chapter 23.
-  subroutine solve(self, rhs, workspace, x, residual_norm)
+  subroutine solve(self, rhs, workspace, x, residual_norm, enough)
     class(nnls_t), intent(in) :: self
     !> b, shape (n_rows)
     real(rk), intent(in) :: rhs(:)
@@ -92,6 +92,8 @@ contains
     real(rk), intent(out) :: x(:)
     !> |A x - b|; |b| where x is zero
     real(rk), intent(out) :: residual_norm
+    !> share of |b| with which the method ends early, so that few entries of x are positive; default: 0
+    real(rk), intent(in), optional :: enough
     real(rk) :: rhs_norm
     integer :: entering, i
 
@@ -102,6 +104,9 @@ contains
     call start(self, rhs, rhs_norm, workspace)
     residual_norm = 1
     do
+      if (present(enough)) then
+        if (residual_norm <= enough) exit
+      end if
       call find_gains(self, workspace)
       entering = maxloc(workspace%gain, dim=1, mask=workspace%is_candidate)
       if (entering == 0) exit

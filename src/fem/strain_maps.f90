@@ -19,7 +19,7 @@ module sig_strain_maps
   use sig_ties, only: first_largest
   implicit none(type, external)
   private
-  public :: create_strain_maps, spread_points
+  public :: create_strain_maps
 
   !> Gradients of the shape functions of one cell at its integration points.
   type :: cell_gradients_t
@@ -47,6 +47,7 @@ contains
     call list_neighbors(mesh, body, of_nodes)
     call map_nodes(mesh, body, volumes, of_nodes)
     call impose(mesh, body, imposed, volumes, of_cells, of_nodes)
+    call map_points(mesh, body, of_cells, of_nodes)
   end subroutine create_strain_maps
 
   !> Creates the map to the mean strains of the cells, without imposed strains, and computes the volumes of the cells.
@@ -323,26 +324,22 @@ contains
     end do
   end subroutine spread_part
 
-  !> Spreads values at the integration points of all flowing cells of the mesh, cell by cell: computes their means over the cells,
-  !> and at the nodes by the same rule as strains. Both are zero elsewhere. Local.
-  pure subroutine spread_points(mesh, body, materials, values, at_cells, at_nodes)
+  !> Lists how values at the integration points of all flowing cells of the mesh, cell by cell, are spread: to the cells as means,
+  !> and to the nodes by the same rule as strains.
+  pure subroutine map_points(mesh, body, of_cells, of_nodes)
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
-    !> material that counts at each node: those of the map of the nodes
-    integer, intent(in) :: materials(:)
-    !> shape (n_values, n_points)
-    real(rk), intent(in) :: values(:, :)
-    !> shapes (n_values, n_cells) and (n_values, n_nodes)
-    real(rk), intent(out) :: at_cells(:, :)
-    real(rk), intent(out) :: at_nodes(:, :)
+    type(strain_map_t), intent(inout) :: of_cells
+    !> with its materials
+    type(strain_map_t), intent(inout) :: of_nodes
     type(cell_gradients_t) :: gradients
     integer, allocatable :: nodes(:)
-    real(rk), allocatable :: own(:, :)
+    real(rk), allocatable :: weights(:, :)
     real(rk) :: totals(mesh%n_nodes), volume
-    integer :: i_cell, k, n, n_points
+    integer :: i, i_cell, k, n, n_points, next(mesh%n_nodes)
 
-    at_cells = 0
-    at_nodes = 0
+    call count_points_of_rows(mesh, body, of_cells, of_nodes)
+    next = of_nodes%point_starts(:mesh%n_nodes)
     totals = 0
     n = 0
     do i_cell = 1, mesh%n_cells
@@ -350,20 +347,67 @@ contains
       call find_gradients(mesh, body, i_cell, gradients)
       n_points = size(gradients%volumes)
       volume = sum(gradients%volumes)
+      associate (first => of_cells%point_starts(i_cell) + 1, last => of_cells%point_starts(i_cell + 1))
+        of_cells%points(first:last) = [(i, i=n + 1, n + n_points)]
+        of_cells%point_weights(first:last) = gradients%volumes / volume
+      end associate
       nodes = nodes_of_cell(mesh, i_cell)
-      at_cells(:, i_cell) = matmul(values(:, n + 1:n + n_points), gradients%volumes) / volume
-      own = matmul(values(:, n + 1:n + n_points), transpose(node_weights(mesh, body, i_cell, gradients%volumes)))
+      weights = node_weights(mesh, body, i_cell, gradients%volumes)
       do k = 1, size(nodes)
-        if (materials(nodes(k)) /= body%material_of_cell(i_cell)) cycle
-        at_nodes(:, nodes(k)) = at_nodes(:, nodes(k)) + volume * own(:, k)
+        if (of_nodes%materials(nodes(k)) /= body%material_of_cell(i_cell)) cycle
+        associate (start => next(nodes(k)))
+          of_nodes%points(start + 1:start + n_points) = [(i, i=n + 1, n + n_points)]
+          of_nodes%point_weights(start + 1:start + n_points) = volume * weights(k, :)
+          start = start + n_points
+        end associate
         totals(nodes(k)) = totals(nodes(k)) + volume
       end do
       n = n + n_points
     end do
     do k = 1, mesh%n_nodes
-      if (totals(k) > 0) at_nodes(:, k) = at_nodes(:, k) / totals(k)
+      associate (own => of_nodes%point_weights(of_nodes%point_starts(k) + 1:of_nodes%point_starts(k + 1)))
+        if (size(own) > 0) own = own / totals(k)
+      end associate
     end do
-  end subroutine spread_points
+  end subroutine map_points
+
+  !> Makes room for map_points.
+  pure subroutine count_points_of_rows(mesh, body, of_cells, of_nodes)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    type(strain_map_t), intent(inout) :: of_cells
+    type(strain_map_t), intent(inout) :: of_nodes
+    integer, allocatable :: nodes(:)
+    integer :: i_cell, k, n_points, per_cell(mesh%n_cells), per_node(mesh%n_nodes)
+
+    per_cell = 0
+    per_node = 0
+    do i_cell = 1, mesh%n_cells
+      if (.not. body%flows_in(i_cell)) cycle
+      n_points = body%tables(body%table_of(i_cell, mesh%cell_types(i_cell)))%n_points
+      per_cell(i_cell) = n_points
+      nodes = nodes_of_cell(mesh, i_cell)
+      do k = 1, size(nodes)
+        if (of_nodes%materials(nodes(k)) == body%material_of_cell(i_cell)) per_node(nodes(k)) = per_node(nodes(k)) + n_points
+      end do
+    end do
+    call make_lists(per_cell, of_cells)
+    call make_lists(per_node, of_nodes)
+
+  contains
+
+    pure subroutine make_lists(lengths, map)
+      integer, intent(in) :: lengths(:)
+      type(strain_map_t), intent(inout) :: map
+      integer :: row
+
+      allocate (map%point_starts(size(lengths) + 1), source=0)
+      do row = 1, size(lengths)
+        map%point_starts(row + 1) = map%point_starts(row) + lengths(row)
+      end do
+      allocate (map%points(sum(lengths)), map%point_weights(sum(lengths)))
+    end subroutine make_lists
+  end subroutine count_points_of_rows
 
   !> Adds one part of the imposed strains to a map, in the rows where its value is not zero.
   pure subroutine add_imposed(part, values, map)

@@ -13,7 +13,7 @@ module sig_materials
   implicit none(type, external)
   private
   public :: add_material_terms, create_material_terms, set_materials, check_materials, has_fixed_stiffness
-  public :: varying_constants, most_points_per_stiffness, refuse_flow
+  public :: varying_constants, most_points_per_stiffness
 
 contains
 
@@ -89,25 +89,6 @@ contains
       call evaluate_points(terms, points, constants, i_bad_point, i_bad_source)
     end if
   end function varying_constants
-
-  !> Refuses decks with materials that yield or creep, for which there are no reduced models yet.
-  pure subroutine refuse_flow(deck, error)
-    type(deck_config_t), intent(in) :: deck
-    type(error_t), allocatable, intent(out) :: error
-    type(value_config_t) :: value
-    integer :: i
-
-    do i = 1, size(deck%materials)
-      associate (material => deck%materials(i))
-        if (.not. material%flows()) cycle
-        value = material%creep%coefficient
-        if (material%plasticity%is_used) value = material%plasticity%yield_stress
-        call make_error(error, 'materials.' // material%name // ' yields or creeps, and there is no reduced model for that yet', &
-          deck%path, value%line, value%column, 'signorom solve solves its histories by the full order')
-        return
-      end associate
-    end do
-  end subroutine refuse_flow
 
   !> Returns how many points share a stiffness: for each set of points of the deck, the number of points over the number of
   !> different stiffnesses, rounded down; of these values the largest one. The sets are those of output, of training (whose value

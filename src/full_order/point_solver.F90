@@ -350,7 +350,16 @@ contains
     type(contact_state_t), intent(out) :: states(:)
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: theta(problem%boundary%n_terms, size(points, 2))
+    integer :: first
 
+    if (allocated(self%newton)) then
+      do first = 1, size(states), self%n_times()
+        associate (last => first + self%n_times() - 1)
+          PetscCall(self%solve_flow(problem, points(:, first:last), states(first:last), ierr))
+        end associate
+      end do
+      return
+    end if
     PetscCall(solve_together(self, problem, points, theta, states, ierr))
     PetscCall(measure_points(self%system, theta, states, ierr))
   end subroutine solve_points
@@ -393,7 +402,11 @@ contains
   pure integer function n_points_at_once(self) result(n_points)
     class(point_solver_t), intent(in) :: self
 
-    n_points = self%solver%n_points_at_once(self%system)
+    if (allocated(self%newton)) then
+      n_points = self%n_times()
+    else
+      n_points = self%solver%n_points_at_once(self%system)
+    end if
   end function n_points_at_once
 
   !> Returns the condensed operator of the system: the solver itself if it is condensed, else one that is made at the first call.
@@ -407,8 +420,11 @@ contains
     ierr = 0
     select type (solver => self%solver)
     type is (condensed_t)
-      condensed => solver
-      return
+      ! where materials flow, each step has a stiffness and a solver of its own
+      if (.not. allocated(self%newton)) then
+        condensed => solver
+        return
+      end if
     end select
     if (.not. allocated(self%condensed)) then
       allocate (self%condensed)
@@ -433,6 +449,10 @@ contains
     if (.not. problem%has_fixed_stiffness) then
       PetscCall(self%take_body(problem, problem%body, ierr))
       PetscCall(compute_lifting(self%system, self%solver%is_multigrid, response, reason, ierr))
+      return
+    end if
+    if (allocated(self%newton)) then
+      PetscCall(compute_lifting(self%system, .false., response, reason, ierr))
       return
     end if
     select type (solver => self%solver)

@@ -26,6 +26,9 @@ module sig_material_law
   integer, parameter :: n_shared_state = 14
 
   type, abstract :: material_law_t
+    !> name and [-] strains of the hardening curve with which make_law made it
+    character(24) :: name = ''
+    real(rk), allocatable :: curve_strains(:)
     !> what each property is, in the order in which update takes them: keys of the deck, or `stress` for those of a curve
     character(20), allocatable :: property_names(:)
     !> how many numbers a state has, >= n_shared_state

@@ -33,6 +33,8 @@ contains
     case default
       return
     end select
+    law%name = name
+    law%curve_strains = curve_strains
     call law%start(curve_strains)
   end subroutine make_law
 end module sig_material_laws

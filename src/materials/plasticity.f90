@@ -13,7 +13,6 @@ module sig_plasticity
 
   type, extends(material_law_t) :: plasticity_t
     !> [-] equivalent plastic strains of the curve, increasing from 0; shape (n_points)
-    real(rk), allocatable :: curve_strains(:)
   contains
     procedure :: start
     procedure :: update

@@ -14,7 +14,6 @@ module sig_plasticity_with_creep
 
   type, extends(material_law_t) :: plasticity_with_creep_t
     !> [-] equivalent plastic strains of the curve, increasing from 0; shape (n_points)
-    real(rk), allocatable :: curve_strains(:)
   contains
     procedure :: start
     procedure :: update

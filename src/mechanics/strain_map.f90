@@ -24,8 +24,14 @@ module sig_strain_map
     real(rk), allocatable :: imposed(:, :)
     integer, allocatable :: imposed_rows(:)
     integer, allocatable :: imposed_terms(:)
+    !> how values at the integration points of cells that flow (plasticity, creep) are spread to the rows: row i gets the values of
+    !> points(point_starts(i) + 1:point_starts(i + 1)) times point_weights; points are 1-based, shapes (n_rows + 1) and (n)
+    integer, allocatable :: point_starts(:)
+    integer, allocatable :: points(:)
+    real(rk), allocatable :: point_weights(:)
   contains
     procedure :: n_rows
+    procedure :: spread_points
     procedure :: fill_strains
     procedure :: fill_imposed
     procedure :: fill_stresses
@@ -40,6 +46,23 @@ contains
     n_rows = 0
     if (allocated(self%materials)) n_rows = size(self%materials)
   end function n_rows
+
+  !> Spreads values at the integration points of cells that flow to the rows; rows without such points get zeros.
+  pure subroutine spread_points(self, values, rows)
+    class(strain_map_t), intent(in) :: self
+    !> shape (n_values, n_points)
+    real(rk), intent(in) :: values(:, :)
+    !> shape (n_values, n_rows)
+    real(rk), intent(out) :: rows(:, :)
+    integer :: i, row
+
+    rows = 0
+    do row = 1, self%n_rows()
+      do i = self%point_starts(row) + 1, self%point_starts(row + 1)
+        rows(:, row) = rows(:, row) + self%point_weights(i) * values(:, self%points(i))
+      end do
+    end do
+  end subroutine spread_points
 
   !> Computes the total strains (elastic plus imposed) of each row (a cell or a node) from a displacement. Components that the model
   !> does not have are zero; in plane stress this holds for eps_zz, too.

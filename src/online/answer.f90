@@ -40,6 +40,10 @@ module sig_answer
     !> `scale` of the part. In a part of the kind tied those of the changing rows come first. Zero if a part of the kind hhr
     !> answered
     real(rk), allocatable :: unknowns(:)
+    !> [-] plastic strains and creep strains, shears as angles, and behind them the accumulated equivalent strain, at the
+    !> integration points of all cells that flow; shape (7, n_points), not allocated where nothing flows
+    real(rk), allocatable :: plastic(:, :)
+    real(rk), allocatable :: creep(:, :)
     !> [length] slip since the last time in tangential rows, 0 in all others; shape (n_multipliers), not allocated without friction
     real(rk), allocatable :: slip(:)
     !> whether each contact slips, shape (n_contacts), not allocated without friction
@@ -72,6 +76,9 @@ module sig_answer
     !> [-] displacement_bound over the size of the displacement, which counts as at least a thousandth of the largest in training;
     !> no_bound without one
     real(rk) :: relative_displacement_bound = no_bound
+    !> [-] estimate of the error of the forces, relative to their size, in a part whose materials flow; it is no bound. no_bound
+    !> without one
+    real(rk) :: error_estimate = no_bound
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
   contains
@@ -195,6 +202,7 @@ contains
     self%relative_bound = no_bound
     self%displacement_bound = no_bound
     self%relative_displacement_bound = no_bound
+    self%error_estimate = no_bound
   end subroutine drop_bounds
 
   !> Sets a bound and its relative bound, as take_bound says.

@@ -37,6 +37,8 @@ module sig_compliance
     integer :: i_system = 1
     !> [length] q, shape (n_unknowns)
     real(rk), allocatable :: opening(:)
+    !> [length] what opens the contacts besides the terms, part of q; not allocated where nothing does. Shape (n_unknowns)
+    real(rk), allocatable :: other_opening(:)
     !> [length/force] W, shape (n_unknowns, n_unknowns); size 0 where W is the same at all points
     real(rk), allocatable :: matrix(:, :)
     !> what a compliance keeps of all rows while it solves, shape (n_rows)

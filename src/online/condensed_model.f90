@@ -21,7 +21,7 @@ module sig_condensed_model
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: multiply
+  use sig_linear_algebra, only: lu_t, multiply
   use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_pulled_off, &
     reason_ray
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
@@ -57,6 +57,8 @@ module sig_condensed_model
     procedure :: prepare
     procedure :: take_laws
     procedure :: create_room
+    procedure :: open_contacts
+    procedure :: unknown_changes
     procedure :: forget
     procedure :: n_remembered
     procedure :: save_memory
@@ -188,6 +190,88 @@ contains
     call move_alloc(own, room)
   end subroutine create_room
 
+  !> Lets something else than the terms open the contacts, such as inelastic strains: solve adds these openings to q. Pivot
+  !> transforms do not know of them. Requires: one system, no reference sets.
+  subroutine open_contacts(self, room, openings)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    !> [length] shape (n_rows), 0 at anchors
+    real(rk), intent(in) :: openings(:)
+
+    select type (room)
+    type is (condensed_room_t)
+      room%point%other_opening = openings
+    end select
+  end subroutine open_contacts
+
+  !> Computes by how much the unknowns of the last answer change where openings do, for small changes that change no state: with the
+  !> closed rows A, W_AA z_A' + w_A' = 0. Where there is no derivative, is_known is false and the changes are 0.
+  subroutine unknown_changes(self, room, answer, openings, changes, is_known)
+    class(condensed_model_t), target, intent(in) :: self
+    class(room_t), target, intent(in) :: room
+    type(answer_t), intent(in) :: answer
+    !> [length] in each direction, shape (n_rows, n_directions)
+    real(rk), contiguous, intent(in) :: openings(:, :)
+    !> [force] same shape
+    real(rk), contiguous, intent(out) :: changes(:, :)
+    logical, intent(out) :: is_known
+
+    changes = 0
+    is_known = .false.
+    select type (room)
+    type is (condensed_room_t)
+      if (allocated(self%steps)) then
+        call step_changes(self%compliance, self%steps, room, answer, openings, changes, is_known)
+      else
+        call active_changes(self%compliance%matrix(room%point), answer%unknowns, openings, changes, is_known)
+      end if
+    end select
+  end subroutine unknown_changes
+
+  subroutine active_changes(matrix, unknowns, openings, changes, is_known)
+    !> [length/force] W
+    real(rk), intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk), intent(in) :: openings(:, :)
+    real(rk), intent(inout) :: changes(:, :)
+    logical, intent(out) :: is_known
+    type(lu_t) :: lu
+    integer, allocatable :: active(:)
+    integer :: i
+
+    active = pack([(i, i=1, size(unknowns))], unknowns > 0)
+    call lu%factor(matrix(active, active))
+    is_known = .not. lu%is_singular
+    if (is_known) changes(active, :) = lu%solve(-openings(active, :))
+  end subroutine active_changes
+
+  subroutine step_changes(compliance, steps, room, answer, openings, changes, is_known)
+    class(compliance_t), intent(in) :: compliance
+    type(friction_steps_t), target, intent(in) :: steps
+    type(condensed_room_t), target, intent(in) :: room
+    type(answer_t), intent(in) :: answer
+    real(rk), intent(in) :: openings(:, :)
+    real(rk), intent(inout) :: changes(:, :)
+    logical, intent(out) :: is_known
+    type(friction_steps_t), pointer :: now
+    type(friction_derivative_t) :: derivative
+    real(rk) :: friction(steps%laws%n_contacts, size(openings, 2)), origins(steps%n_unknowns(), size(openings, 2))
+    integer :: i
+
+    friction = 0
+    origins = 0
+    now => steps
+    if (.not. compliance%is_fixed()) now => room%steps
+    call now%differentiate(room%memory, compliance%opening_terms(answer%theta, room%point), steps%laws%friction_at(answer%theta), &
+      openings, friction, origins, derivative)
+    is_known = .not. (derivative%is_singular .or. any(derivative%is_undecided))
+    if (.not. is_known) return
+    changes = derivative%forces(:size(changes, 1), :)
+    do i = 1, size(compliance%anchors)
+      changes(compliance%anchors(i), :) = derivative%forces(size(changes, 1) + i, :)
+    end do
+  end subroutine step_changes
+
   !> Begins a history: nothing has slipped yet.
   subroutine forget(self, room)
     class(condensed_model_t), intent(in) :: self
@@ -274,6 +358,7 @@ contains
     end if
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
+    if (allocated(room%point%other_opening)) room%point%opening = room%point%opening + room%point%other_opening
     if (steps%laws%remembers()) then
       call room%changes%advance()
     else
@@ -344,6 +429,7 @@ contains
     answer%reason = reason_no_material
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
+    if (allocated(room%point%other_opening)) room%point%opening = room%point%opening + room%point%other_opening
     matrix => compliance%matrix(room%point)
     call find_unknowns(compliance, matrix, theta, near, room, answer)
     if (answer%reason == reason_ray .and. size(compliance%anchors) > 0) answer%reason = reason_pulled_off

@@ -89,6 +89,7 @@ module sig_field_map
     real(rk), allocatable :: creep(:, :), creep_smoothed(:, :)
   contains
     procedure :: take_displacement
+    procedure :: take_flow
     procedure :: take_contact
     procedure :: take_friction
     procedure :: take_stresses
@@ -230,6 +231,31 @@ contains
       end associate
     end do
   end function along_tangents
+
+  !> Spreads plastic strains or creep strains, or both, from the integration points of all cells that flow. Those that are not
+  !> present do not change.
+  pure subroutine take_flow(self, map, plastic, creep)
+    class(field_values_t), intent(inout) :: self
+    type(field_map_t), intent(in) :: map
+    !> [-] shears as angles, and behind them the equivalent strain; shape (7, n_points)
+    real(rk), intent(in), optional :: plastic(:, :)
+    real(rk), intent(in), optional :: creep(:, :)
+
+    if (present(plastic)) call spread_strains(map, plastic, self%plastic, self%plastic_smoothed)
+    if (present(creep)) call spread_strains(map, creep, self%creep, self%creep_smoothed)
+  end subroutine take_flow
+
+  pure subroutine spread_strains(map, at_points, of_cells, of_nodes)
+    type(field_map_t), intent(in) :: map
+    real(rk), intent(in) :: at_points(:, :)
+    real(rk), allocatable, intent(inout) :: of_cells(:, :)
+    real(rk), allocatable, intent(inout) :: of_nodes(:, :)
+
+    if (.not. allocated(of_cells)) allocate (of_cells(size(at_points, 1), map%of_cells%n_rows()), &
+      of_nodes(size(at_points, 1), map%of_nodes%n_rows()))
+    call map%of_cells%spread_points(at_points, of_cells)
+    call map%of_nodes%spread_points(at_points, of_nodes)
+  end subroutine spread_strains
 
   !> Computes stresses and their von Mises stresses, as means over the cells and smoothed at the nodes, and the imposed strains as
   !> means over the cells. Where materials flow, their strains cause no stress. Requires: take_displacement; plastic and creep are

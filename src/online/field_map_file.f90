@@ -69,6 +69,11 @@ contains
       'imposed on')
     call file%write(group // '/imposed_terms', map%imposed_terms, description='term (1-based) that is the factor of each of ' // &
       'these strains')
+    if (size(map%points) == 0) return
+    call file%write(group // '/point_starts', map%point_starts, description= &
+      'row i (from 0) has the entries point_starts(i) ... point_starts(i + 1) - 1 of points and point_weights')
+    call file%write(group // '/points', map%points, description='integration point (1-based) of cells that flow')
+    call file%write(group // '/point_weights', map%point_weights, '1', 'weight of the value at each of these points')
   end subroutine write_strain_map
 
   !> Reads the group /fields; the map stays empty if the file has no such group. Gaps, areas and entries of the contact rows are not
@@ -119,6 +124,15 @@ contains
     call file%read(group // '/imposed', map%imposed, error)
     call file%read(group // '/imposed_rows', map%imposed_rows, error)
     call file%read(group // '/imposed_terms', map%imposed_terms, error)
+    if (allocated(error)) return
+    if (file%has(group // '/point_starts')) then
+      call file%read(group // '/point_starts', map%point_starts, error)
+      call file%read(group // '/points', map%points, error)
+      call file%read(group // '/point_weights', map%point_weights, error)
+    else
+      allocate (map%point_starts(size(map%materials) + 1), source=0)
+      allocate (map%points(0), map%point_weights(0))
+    end if
   end subroutine read_strain_map
 
   !> Whether the map is empty or fits the model: shapes fit, indices point at existing data, and numbers are finite. A model file
@@ -154,6 +168,9 @@ contains
     integer, intent(in) :: n_materials
     integer, intent(in) :: n_terms
 
+    fits = size(map%point_starts) == n_rows + 1 .and. size(map%points) == size(map%point_weights) .and. &
+      are_lists(map%point_starts, size(map%points)) .and. all(map%points >= 1) .and. all(ieee_is_finite(map%point_weights))
+    if (.not. fits) return
     fits = size(map%starts) == n_rows + 1 .and. size(map%materials) == n_rows .and. are_lists(map%starts, size(map%nodes))
     if (fits) fits = are_indices(map%nodes, n_nodes) .and. is_matrix(map%gradients, 3, size(map%nodes)) .and. &
       all(map%materials >= 0 .and. map%materials <= n_materials)

@@ -93,6 +93,8 @@ contains
       call self%values%take_displacement(map, self%displacement)
       call self%values%take_contact(map, online%model%laws, answer%theta, self%multipliers)
       if (allocated(answer%slip)) call self%values%take_friction(map, self%multipliers, answer%slip, answer%slips)
+      ! those that are not allocated count as not present
+      call self%values%take_flow(map, answer%plastic, answer%creep)
       call self%values%take_stresses(map, self%theta)
     end associate
   end subroutine evaluate

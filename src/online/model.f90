@@ -114,6 +114,8 @@ module sig_model
     !> data for fields; empty where the deck did not ask for them
     type(field_map_t) :: fields
   contains
+    procedure :: remembers
+    procedure :: has_estimates
     procedure :: n_given
     procedure :: i_time
     procedure :: n_clusters
@@ -198,6 +200,25 @@ contains
 
     owner_tag = self%tags(self%starts(k) + 1)
   end function owner_tag
+
+  !> Whether the answer at a state depends on the states before it: contacts have friction, or materials flow.
+  pure logical function remembers(self)
+    class(model_t), intent(in) :: self
+
+    remembers = self%laws%remembers() .or. self%has_estimates()
+  end function remembers
+
+  !> Whether answers have an error_estimate: materials flow.
+  pure logical function has_estimates(self)
+    class(model_t), intent(in) :: self
+    integer :: i
+
+    has_estimates = .false.
+    if (.not. allocated(self%parts)) return
+    do i = 1, size(self%parts)
+      has_estimates = has_estimates .or. self%parts(i)%reduced%remembers()
+    end do
+  end function has_estimates
 
   !> Returns the number of parameters that a user gives: without the time and the tables of a history.
   pure integer function n_given(self)

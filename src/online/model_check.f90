@@ -4,6 +4,7 @@ module sig_model_check
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_contact_laws_file, only: laws_fit
   use sig_expression, only: is_identifier
+  use sig_field_map, only: field_map_t
   use sig_field_map_file, only: field_map_fits
   use sig_history_file, only: history_fits
   use sig_kinds, only: rk
@@ -41,9 +42,24 @@ contains
     do i = 1, size(model%parts)
       if (len(name) > 0) return
       name = model%parts(i)%reduced%mismatch(model_sizes(model))
-      if (len(name) > 0) name = model%group_of(i) // '/' // name
+      if (len(name) > 0) then
+        name = model%group_of(i) // '/' // name
+      else if (.not. spreads_fit(model%fields, model%parts(i)%reduced%n_flow_points())) then
+        name = 'fields'
+      end if
     end do
   end function find_mismatch
+
+  !> Whether fields ask for values at no more integration points than a part has; a part without any is not asked. Requires:
+  !> field_map_fits.
+  pure logical function spreads_fit(fields, n_points)
+    type(field_map_t), intent(in) :: fields
+    integer, intent(in) :: n_points
+
+    spreads_fit = .true.
+    if (n_points == 0 .or. .not. fields%is_there()) return
+    spreads_fit = all(fields%of_cells%points <= n_points) .and. all(fields%of_nodes%points <= n_points)
+  end function spreads_fit
 
   pure function find_size_mismatch(model) result(name)
     type(model_t), intent(in) :: model

@@ -28,6 +28,8 @@ module sig_query
     type(table_values_t) :: tables
     real(rk), allocatable :: parameters(:)
     real(rk) :: time = 0
+    !> [time] of the state before the one that is asked; 0 at the beginning of a history
+    real(rk) :: time_before = 0
     !> why the last time of a history that remembers has no answer; 0 if it has one
     integer :: failure = 0
     !> the last answer is that of advance with the model's own tables
@@ -88,7 +90,9 @@ contains
     integer, intent(in), optional :: cluster
 
     self%failure = 0
-    if (online%model%laws%remembers()) then
+    self%time = 0
+    self%time_before = 0
+    if (online%model%remembers()) then
       call self%rooms%forget(online%model)
       if (online%model%history%is_there()) self%failure = reason_needs_history
     end if
@@ -105,12 +109,14 @@ contains
     type(answer_t), intent(inout) :: answer
 
     associate (model => online%model)
-      if (.not. (model%laws%remembers() .and. model%history%is_there() .and. size(point) == size(model%parameter_names))) then
+      if (.not. (model%remembers() .and. model%history%is_there() .and. size(point) == size(model%parameter_names))) then
         call self%evaluate(online, point, answer)
         return
       end if
+      self%time_before = self%time
       if (.not. goes_on(self, point(:model%n_given()), point(model%i_time()))) then
         self%parameters = point(:model%n_given())
+        self%time_before = 0
         self%failure = 0
         call self%rooms%forget(model)
       end if
@@ -171,8 +177,11 @@ contains
       if (.not. online%model%idle_work%is_zero(answer%theta)) answer%reason = reason_driven
     end if
     if (self%failure /= 0) answer%reason = self%failure
-    if (answer%reason > 0) call answer_at(self, online, near, answer)
-    if (answer%reason <= 0 .and. online%model%laws%remembers()) self%failure = answer%reason
+    if (answer%reason > 0) then
+      call self%rooms%begin_step(online%model, point, self%time - self%time_before)
+      call answer_at(self, online, near, answer)
+    end if
+    if (answer%reason <= 0 .and. online%model%remembers()) self%failure = answer%reason
   end subroutine answer_state
 
   !> Begins a history at the time 0, where nothing has happened yet. Errors: message is allocated if the model has no history, the
@@ -233,6 +242,7 @@ contains
     if (allocated(message)) return
     state = [self%parameters, self%tables%at(time)]
     if (present(tables)) state(size(self%parameters) + 2:) = tables
+    self%time_before = self%time
     self%time = time
     call answer_state(self, online, state, answer)
     self%follows_tables = .not. present(tables)
@@ -335,7 +345,7 @@ contains
     end if
     if (i > 0) then
       ! a history with friction goes on with derivatives over what is the same at all of its times
-      if (i <= gradient%n_given .or. .not. online%model%laws%remembers()) return
+      if (i <= gradient%n_given .or. .not. online%model%remembers()) return
       gradient%theta(:, gradient%n_given + 1:) = 0
     end if
     associate (part => gradient%answer%part)

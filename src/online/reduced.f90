@@ -69,8 +69,11 @@ module sig_reduced
     procedure :: displacement_source => by_modes
     procedure :: has_whole_field => whole
     procedure :: displace_under => nothing_to_do
+    procedure :: remembers => no
+    procedure :: begin_step => nothing_to_begin
     procedure :: forget => nothing_to_forget
     procedure :: n_remembered => nothing_remembered
+    procedure :: n_flow_points => no_points
     procedure :: save_memory => nothing_to_save
     procedure :: restore_memory => nothing_to_restore
     procedure :: energy => energy_unknown
@@ -264,8 +267,9 @@ contains
     allocate (warnings(0))
   end function no_warnings
 
-  !> Returns false. This is the default of three functions: `is_exact` (the part solves for the forces of all contacts, without
-  !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), and `can_certify` (certify may be called).
+  !> Returns false. This is the default of four functions: `is_exact` (the part solves for the forces of all contacts, without
+  !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), `can_certify` (certify may be called), and `remembers`
+  !> (an answer depends on those before it in its history; the laws of contacts say this for friction).
   pure logical function no(self)
     class(reduced_t), intent(in) :: self
 
@@ -326,6 +330,17 @@ contains
     class(room_t), intent(inout) :: room
   end subroutine nothing_to_forget
 
+  !> Takes what the next solve needs besides the terms. This default needs nothing.
+  subroutine nothing_to_begin(self, room, state, dt)
+    class(reduced_t), intent(in) :: self
+    !> room of this part
+    class(room_t), intent(inout) :: room
+    !> numbers of the state: parameters, time, tables
+    real(rk), intent(in) :: state(:)
+    !> [time] since the last state of the history
+    real(rk), intent(in) :: dt
+  end subroutine nothing_to_begin
+
   !> Returns what users should know of the bounds of errors, a sentence; this default: nothing.
   pure function nothing_to_say(self) result(note)
     class(reduced_t), intent(in) :: self
@@ -340,6 +355,13 @@ contains
 
     n = 0
   end function nothing_remembered
+
+  !> Returns at how many integration points an answer has plastic strains and creep strains.
+  pure integer function no_points(self) result(n)
+    class(reduced_t), intent(in) :: self
+
+    n = 0
+  end function no_points
 
   !> Gives these numbers. Requires: the last time of the history, if there is one, has an answer.
   subroutine nothing_to_save(self, room, numbers)

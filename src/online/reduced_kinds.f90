@@ -4,6 +4,7 @@ module sig_reduced_kinds
   use sig_body_compliance, only: body_compliance_t
   use sig_condensed_model, only: condensed_model_t
   use sig_fixed_compliance, only: fixed_compliance_t
+  use sig_inelastic_model, only: inelastic_model_t
   use sig_reduced, only: reduced_t
   use sig_reduced_hhr, only: reduced_hhr_t
   use sig_tied_compliance, only: tied_compliance_t
@@ -11,7 +12,7 @@ module sig_reduced_kinds
   private
   public :: create_reduced, bodies_of, fixed_of
 
-  character(*), parameter, public :: kind_names = 'condensed, hhr, interpolated, tied'
+  character(*), parameter, public :: kind_names = 'condensed, hhr, inelastic, interpolated, tied'
 
 contains
 
@@ -27,6 +28,12 @@ contains
       allocate (fixed_compliance_t :: condensed%compliance)
     case ('hhr')
       allocate (reduced_hhr_t :: reduced)
+    case ('inelastic')
+      allocate (inelastic_model_t :: reduced)
+      select type (reduced)
+      type is (inelastic_model_t)
+        allocate (fixed_compliance_t :: reduced%contact%compliance)
+      end select
     case ('interpolated')
       allocate (condensed)
       allocate (body_compliance_t :: condensed%compliance)

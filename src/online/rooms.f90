@@ -17,6 +17,7 @@ module sig_rooms
     type(room_box_t), allocatable :: of_part(:)
   contains
     procedure :: enter
+    procedure :: begin_step
     procedure :: forget
     procedure :: save_memory
     procedure :: restore_memory
@@ -35,6 +36,21 @@ contains
     if (.not. allocated(self%of_part)) allocate (self%of_part(size(model%parts)))
     if (.not. allocated(self%of_part(i)%room)) call model%parts(i)%reduced%create_room(self%of_part(i)%room)
   end subroutine enter
+
+  !> Gives all parts the numbers of the next state and the length of its step (begin_step of sig_reduced).
+  subroutine begin_step(self, model, state, dt)
+    class(rooms_t), intent(inout) :: self
+    type(model_t), intent(in) :: model
+    !> parameters, time, tables
+    real(rk), intent(in) :: state(:)
+    !> [time]
+    real(rk), intent(in) :: dt
+    integer :: i
+
+    do i = 1, size(model%parts)
+      call model%parts(i)%reduced%begin_step(self%of_part(i)%room, state, dt)
+    end do
+  end subroutine begin_step
 
   !> Begins a history in all parts that remember (forget of sig_reduced).
   subroutine forget(self, model)

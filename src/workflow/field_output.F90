@@ -26,7 +26,6 @@ module sig_field_output
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_rooms, only: rooms_t
   use sig_solver_options, only: refuse_unused_options
-  use sig_strain_maps, only: spread_points
   use sig_state_broadcast, only: broadcast_state
   use sig_stop_request, only: agree_to_stop
   use sig_term_values, only: evaluate_points
@@ -165,7 +164,10 @@ contains
     do i = 1, size(points, 2)
       if (states(i)%reason /= reason_converged) cycle
       call writer%start_point(header, points(:, i))
-      call take_flow(problem, header, states(i), values)
+      if (allocated(states(i)%flow)) then
+        if (problem%flow%has_plasticity) call values%take_flow(header%fields, plastic=states(i)%flow%plastic)
+        if (problem%flow%has_creep) call values%take_flow(header%fields, creep=states(i)%flow%creep)
+      end if
       call find_values(header, points(:, i), states(i), values)
       call writer%write_values(header, values, .false.)
       if (present(model) .and. .not. allocated(message)) &
@@ -222,31 +224,6 @@ contains
     call fill_model_header(problem, none, header)
     call create_field_map(problem, header%fields, error)
   end subroutine describe_problem
-
-  !> Computes plastic strains and creep strains of cells and nodes from those at integration points, where some material has them.
-  subroutine take_flow(problem, header, state, values)
-    type(problem_t), intent(in) :: problem
-    !> result of describe_problem
-    type(model_t), intent(in) :: header
-    type(contact_state_t), intent(in) :: state
-    type(field_values_t), intent(inout) :: values
-
-    if (.not. allocated(state%flow)) return
-    if (problem%flow%has_plasticity) call spread_strains(state%flow%plastic, values%plastic, values%plastic_smoothed)
-    if (problem%flow%has_creep) call spread_strains(state%flow%creep, values%creep, values%creep_smoothed)
-
-  contains
-
-    subroutine spread_strains(at_points, of_cells, of_nodes)
-      real(rk), intent(in) :: at_points(:, :)
-      real(rk), allocatable, intent(inout) :: of_cells(:, :)
-      real(rk), allocatable, intent(inout) :: of_nodes(:, :)
-
-      if (.not. allocated(of_cells)) allocate (of_cells(size(at_points, 1), problem%mesh%n_cells), &
-        of_nodes(size(at_points, 1), problem%mesh%n_nodes))
-      call spread_points(problem%mesh, problem%body, header%fields%of_nodes%materials, at_points, of_cells, of_nodes)
-    end subroutine spread_strains
-  end subroutine take_flow
 
   !> Computes the values of the fields at a point from its full-order solution. Requires: check_points accepted the point.
   subroutine find_values(header, point, state, values)

@@ -95,8 +95,8 @@ contains
     call count_points(problem%deck, n_training, n_test)
     if (.not. problem%has_fixed_stiffness) return
     call append_text(lines, 'memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')
-    if (problem%flow%is_there()) call append_text(lines, 'materials yield or creep: signorom solve solves their histories; ' // &
-      'there are no reduced models of them yet')
+    if (problem%flow%is_there()) &
+      call append_text(lines, 'materials yield or creep: the time that a history takes is not predicted')
     if (n_training == 0 .or. problem%flow%is_there()) return
     associate (plan => problem%plan, sizes => problem%sizes)
       cost = sweep_cost(plan%type, plan%linear, sizes, n_training)

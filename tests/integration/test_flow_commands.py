@@ -47,7 +47,7 @@ def test_solve(signorom, tmp_path):
     """Two points with four times each: fields of plastic and creep strain, history.csv, the report."""
     deck = write_deck(tmp_path)
     printed = signorom("check", deck, folder=tmp_path)
-    assert "there are no reduced models of them yet" in printed
+    assert "the time that a history takes is not predicted" in printed
     signorom("solve", deck, folder=tmp_path)
     results = tmp_path / "results" / "part"
     report = yaml.safe_load((results / "report.yaml").read_text())
@@ -86,12 +86,33 @@ def test_without_creep_there_are_no_fields_of_it(signorom, tmp_path):
     assert "creep_strain" not in field
 
 
-@pytest.mark.parametrize("command", ["sample", "train", "run"])
-def test_no_model(signorom, tmp_path, command):
-    """There is no reduced model of such materials yet: a sentence, and exit code 2."""
-    message = refuse(signorom, command, write_deck(tmp_path), folder=tmp_path)
-    assert "error: materials.soft yields or creeps, and there is no reduced model for that yet" in message
-    assert "part.yaml:10:" in message
+STUDY = "test: {sobol: 1, seed: 1}\nreduction: {fields: true}\n"
+
+
+def test_model(signorom, tmp_path):
+    """`run` makes a model, whose answers have an estimate and no bound; it has no derivatives."""
+    small = {
+        "max: 0.02": "max: 0.002",
+        "{stroke: 0.004}, {stroke: 0.01}": "{stroke: 0.0005}, {stroke: 0.001}",
+    }
+    deck = write_deck(tmp_path, **small)
+    deck.write_text(deck.read_text() + STUDY)
+    signorom("run", deck, folder=tmp_path)
+    model = tmp_path / "results" / "part" / "model.h5"
+    assert "reduced model (inelastic)" in signorom("describe", model, folder=tmp_path)
+    signorom("predict", model, "--at", "stroke=0.0015", "--output", "answers.csv", folder=tmp_path)
+    answers = read_table(tmp_path / "answers.csv")
+    assert set(answers["status"]) == {"answered"}
+    assert set(answers["error_bound"]) == {"none"}
+    assert np.all(answers["error_estimate"] >= 0)
+
+
+def test_elastic_constants_of_a_model(signorom, tmp_path):
+    """Elastic constants that vary are refused in a model, with the reason."""
+    deck = write_deck(tmp_path, **{"young_modulus: 2.0e5": "young_modulus: 2.0e5 + stroke"})
+    deck.write_text(deck.read_text() + STUDY)
+    message = refuse(signorom, "run", deck, folder=tmp_path)
+    assert "materials yield or creep, but elastic constants depend on parameters" in message
 
 
 @pytest.mark.parametrize(("element", "why"), [("T3", "locks"), ("Q9", "has no rule of integration for that")])

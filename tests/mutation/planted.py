@@ -1208,6 +1208,28 @@ PLANTED = [
         'if mantissa == "1.1" else',
         "powers of ten are shown as 1.0 x 10^n",
     ),
+    # models of materials that flow
+    Planted(
+        SRC + "online/flow_points.f90",
+        "multiply_transpose(1.0_rk, self%of_contact",
+        "multiply_transpose(0.9_rk, self%of_contact",
+        "inelastic strains open contacts by too little",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "online/flow_points.f90",
+        "strain = -room%imposed(",
+        "strain = -0.5_rk * room%imposed(",
+        "laws see half of what heat imposes",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "online/inelastic_model.f90",
+        "room%dt = dt",
+        "room%dt = dt / 2",
+        "creep takes half of the time",
+        "verification.test_inelastic_model$",
+    ),
     # materials
     Planted(
         SRC + "materials/radial_return.f90",

@@ -9,7 +9,8 @@ module sig_condensed_plan
   use sig_text, only: short_number, string_t
   implicit none(type, external)
   private
-  public :: check_friction, choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements, all_dofs_fit
+  public :: check_flow, check_friction, choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements
+  public :: all_dofs_fit
   public :: why_not_condensed
   public :: model_size, most_references, number_size, room_for_forces
 
@@ -46,6 +47,10 @@ contains
 
     kind = 'hhr'
     reason = ''
+    if (problem%flow%is_there()) then
+      kind = 'inelastic'
+      return
+    end if
     if (.not. problem%laws%is_plain()) then
       ! check_friction refuses all that needs another kind
       kind = 'condensed'
@@ -93,6 +98,32 @@ contains
       if (reason /= '') call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, hint=hint)
     end associate
   end subroutine check_friction
+
+  !> Errors: materials flow, and the deck asks for something that their model cannot do.
+  subroutine check_flow(problem, error)
+    type(problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    character(:), allocatable :: reason, hint
+
+    if (.not. problem%flow%is_there()) return
+    reason = why_not_condensed(problem)
+    hint = 'the command solve needs no model'
+    associate (deck => problem%deck)
+      if (deck%reduction%method == 'hhr' .or. deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. &
+          deck%clusters%refine%is_used) then
+        reason = 'hyper-reduction finds no answer at many of their states, because contact forces are reactions of a stiff ' // &
+          'body: a small error of the displacement is a large one of the forces'
+        hint = 'take reduction.method: auto, without clusters'
+      else if (deck%greedy%is_used) then
+        reason = 'a greedy selection asks a model at single points, which do not remember'
+        hint = 'leave greedy out'
+      else if (.not. problem%has_fixed_stiffness) then
+        reason = 'elastic constants depend on parameters, and the modes of the model are those of one stiffness'
+        hint = 'give young_modulus and poisson_ratio as numbers; ' // hint
+      end if
+      if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, deck%path, hint=hint)
+    end associate
+  end subroutine check_flow
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
   !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too
@@ -234,7 +265,9 @@ contains
 
     call choose_model_kind(problem, kind, reason)
     needs_displacements = problem%deck%greedy%is_used
-    if (kind == 'interpolated') then
+    if (kind == 'inelastic') then
+      needs_displacements = .true.
+    else if (kind == 'interpolated') then
       ! how much memory the nodes need is known only after the training
       associate (displacement => problem%deck%reduction%displacement)
         needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'

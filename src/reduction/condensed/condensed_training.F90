@@ -108,12 +108,13 @@ contains
     model%laws = full_order%problem%laws
     fixed => fixed_of(model)
     call measure_forces(snapshots%forces(), fixed)
-    if (model%laws%is_plain()) then
+    if (model%laws%is_plain() .and. .not. full_order%problem%flow%is_there()) then
       fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
       call choose_references(full_order%problem%deck%reduction%max_transforms_size, fixed, error)
       call drop_inaccurate_references(full_order%problem, snapshots, model)
     else
-      ! a contact that slips has no complementary pair, which a pivot could exchange
+      ! a contact that slips has no complementary pair, which a pivot could exchange, and pivot transforms of q know nothing of
+      ! inelastic strains
       call fixed%pivots%complete(fixed%n_rows())
     end if
     if (plan%has_modes) then

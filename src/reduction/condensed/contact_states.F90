@@ -59,8 +59,8 @@ module sig_contact_states
 contains
 
   !> Finds the states: at the training points, then at the probes, and at each the forces, then their change with each parameter
-  !> times the length of its range. What has no answer or no derivative is left out. With friction or ties the states are the forces
-  !> of the snapshots. Also sets reduced%compliance%largest_field, the
+  !> times the length of its range. What has no answer or no derivative is left out. With friction, ties or materials that flow the
+  !> states are the forces of the snapshots. Also sets reduced%compliance%largest_field, the
   !> largest size of the displacement at the training points. Collective on all ranks, with the same result on each. Requires:
   !> `reduced` answers queries and is the same on all ranks.
   subroutine find(self, problem, snapshots, reduced, ierr)
@@ -123,7 +123,7 @@ contains
     points%nearest = [(i, i=1, size(points%theta, 2))]
     points%lengths = problem%deck%state_parameters%maximum - problem%deck%state_parameters%minimum
     where (.not. points%lengths > 0) points%lengths = 1
-    if (.not. problem%laws%is_plain()) points%forces = snapshots%forces()
+    if (problem%remembers() .or. .not. problem%laws%is_plain()) points%forces = snapshots%forces()
   end subroutine take_training_points
 
   subroutine raise_largest_field(sizes, reduced)

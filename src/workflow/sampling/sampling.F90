@@ -145,7 +145,7 @@ contains
     logical, intent(inout) :: is_done(:)
     integer :: first, n_times
 
-    if (.not. problem%laws%remembers()) return
+    if (.not. problem%remembers()) return
     n_times = max(1, problem%deck%history%states%n_times())
     do first = 1, size(is_done), n_times
       associate (own => is_done(first:first + n_times - 1))

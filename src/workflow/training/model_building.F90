@@ -10,6 +10,7 @@ module sig_model_building
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_file_system, only: file_exists
   use sig_full_order, only: full_order_t, team_t
+  use sig_inelastic_training, only: train_inelastic
   use sig_interpolated_training, only: interpolate_fallback, train_interpolated
   use sig_kinds, only: rk
   use sig_lifted_training, only: add_certificates
@@ -260,6 +261,9 @@ contains
     if (kind == 'interpolated') then
       PetscCall(train_interpolated(full_order, solved, .true., model%parts(1)%reduced, error, ierr))
       return
+    else if (kind == 'inelastic') then
+      PetscCall(train_inelastic(full_order, solved, model%parts(1)%reduced, error, ierr))
+      if (allocated(error) .or. allocated(model%parts(1)%reduced)) return
     else if (kind == 'tied') then
       PetscCall(train_tied(full_order, solved, model%parts(1)%reduced, reason, error, ierr))
       return

@@ -87,7 +87,7 @@ contains
     integer :: i, n_times
 
     n_times = 1
-    if (problem%laws%remembers()) n_times = max(1, problem%deck%history%states%n_times())
+    if (problem%remembers()) n_times = max(1, problem%deck%history%states%n_times())
     associate (is_solved => snapshots%reasons == reason_converged)
       if (.not. any(is_solved)) return
       do i = 1, size(is_solved)

@@ -3,12 +3,13 @@
 !> The errors of reduced answers, compared with the full-order solutions at the same points: (17), (18), (19), and those of the
 !> fields: the norm of the stiffness, von Mises stresses and contact pressures.
 module sig_error_norms
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer_errors, only: all_forces, compare_displacements, compare_forces, comparison_t, rid_forces
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_domain_energy, only: domain_energy_t
   use sig_field_errors, only: compare_pressures, compare_von_mises
-  use sig_field_map, only: field_map_t
+  use sig_field_map, only: field_map_t, field_values_t
   use sig_imposed_energy, only: imposed_energy_t
   use sig_kinds, only: rk
   use sig_online_model, only: online_model_t
@@ -98,6 +99,11 @@ contains
     errors%energy%size = abs(energies(1, n + 1:))
     errors%energy_rid%difference = abs(energies(2, :n) - energies(2, n + 1:))
     errors%energy_rid%size = abs(energies(2, n + 1:))
+    do i = 1, n
+      ! where materials flow, equilibrium is no minimum of this energy
+      if (allocated(states(i)%flow)) errors(i)%energy = comparison_t(ieee_value(1.0_rk, ieee_quiet_nan), 0.0_rk)
+      if (allocated(states(i)%flow)) errors(i)%energy_rid = errors(i)%energy
+    end do
     if (bodies%fields%is_there()) call measure_stresses(bodies, online, answers, states, fields, errors)
   end subroutine measure_errors
 
@@ -111,17 +117,33 @@ contains
     real(rk), intent(in) :: fields(:, :)
     type(point_errors_t), intent(inout) :: errors(:)
     type(rooms_t) :: rooms
+    type(field_values_t) :: answered, exact
     real(rk) :: multipliers(online%model%n_multipliers)
     integer :: i
 
     do i = 1, size(errors)
-      call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, size(errors) + i), &
+      call take_flow(bodies%fields, answers(i), states(i), answered, exact)
+      call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, size(errors) + i), answered, exact, &
         errors(i)%von_mises_largest, errors(i)%von_mises)
       call reconstruct_multipliers(online, answers(i), rooms, multipliers)
       errors(i)%pressure = compare_pressures(bodies%fields%rows, online%model%n_nodes, &
         multipliers(:bodies%fields%rows%n_rows), states(i)%normal_forces())
     end do
   end subroutine measure_stresses
+
+  !> Takes the plastic strains and creep strains of both, where materials flow and both have a solution.
+  pure subroutine take_flow(map, answer, state, answered, exact)
+    type(field_map_t), intent(in) :: map
+    type(answer_t), intent(in) :: answer
+    type(contact_state_t), intent(in) :: state
+    type(field_values_t), intent(inout) :: answered
+    type(field_values_t), intent(inout) :: exact
+
+    if (.not. allocated(state%flow) .or. answer%reason <= 0) return
+    if (.not. allocated(state%flow%plastic)) return
+    call exact%take_flow(map, state%flow%plastic, state%flow%creep)
+    call answered%take_flow(map, answer%plastic, answer%creep)
+  end subroutine take_flow
 
   !> Sets errors%field to |u_r - u|_K and |u|_K (energy norm, K of the system; u_r of the answer) at each point. Collective on
   !> system%comm.

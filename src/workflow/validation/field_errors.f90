@@ -19,17 +19,19 @@ contains
   !> difference of `largest` is |max s_r - max s|, that of `everywhere` max |s_r - s|. Stresses are compared as means over the cells
   !> and smoothed at the nodes; each comparison is that of the two whose relative error is larger. The differences are NaN if some
   !> dof has no displacement.
-  pure subroutine compare_von_mises(map, theta, reduced, displacement, largest, everywhere)
+  pure subroutine compare_von_mises(map, theta, reduced, displacement, answered, exact, largest, everywhere)
     type(field_map_t), intent(in) :: map
     !> values of map%terms at the point
     real(rk), intent(in) :: theta(:)
     !> [length] displacement of the answer and of the full-order model, shape (n_dofs)
     real(rk), intent(in) :: reduced(:)
     real(rk), intent(in) :: displacement(:)
+    !> of both: plastic strains and creep strains, where materials flow
+    type(field_values_t), intent(inout) :: answered
+    type(field_values_t), intent(inout) :: exact
     !> [force/length**2]
     type(comparison_t), intent(out) :: largest
     type(comparison_t), intent(out) :: everywhere
-    type(field_values_t) :: answered, exact
 
     call exact%take_displacement(map, displacement)
     call exact%take_stresses(map, theta)

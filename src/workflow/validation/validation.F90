@@ -38,7 +38,7 @@ module sig_validation
   integer, parameter :: n_comparisons = 9
   !> rows of the table that ranks share, of which each point has a column: differences, sizes and other numbers
   integer, parameter :: n_others = 2 * n_comparisons
-  integer, parameter :: n_columns = n_others + 12
+  integer, parameter :: n_columns = n_others + 13
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative', 'e_von_mises_largest', &
@@ -74,6 +74,8 @@ module sig_validation
     real(rk), allocatable :: error_bound(:)
     !> [-] certificate of the displacement; negative: there is none
     real(rk), allocatable :: displacement_bound(:)
+    !> [-] error_estimate of the answers; no_bound without one
+    real(rk), allocatable :: error_estimate(:)
     !> [rad] largest rotation of a body that only contact holds, over all full-order solutions
     real(rk) :: rotation = 0
     !> [-] largest deformation of a body, over all full-order solutions
@@ -293,7 +295,7 @@ contains
       real(n_closed, rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
       state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
       real(merge(1, 0, answer%reason > 0 .and. answer%part /= answer%cluster), rk), answer%relative_displacement_bound, rotation, &
-      deformation]
+      deformation, answer%error_estimate]
   end function table_column
 
   !> Sets the arrays of the outcome except for the points, the errors to NaN where there is no full-order solution and to infinite
@@ -320,6 +322,7 @@ contains
     outcome%error_bound = table(n_others + 8, :)
     outcome%is_fallback = table(n_others + 9, :) > 0
     outcome%displacement_bound = table(n_others + 10, :)
+    outcome%error_estimate = table(n_others + 13, :)
     outcome%rotation = maxval([0.0_rk, table(n_others + 11, :)])
     outcome%deformation = maxval([0.0_rk, table(n_others + 12, :)])
     seconds = summarize(pack(table(n_others + 6, :), outcome%reason_full_order == reason_converged))

@@ -44,7 +44,9 @@ contains
     do i_error = 1, n_errors
       call buffer%add(',' // trim(error_names(i_error)))
     end do
-    call buffer%add(',n_active,n_active_full_order,solver,n_solutions,error_bound,displacement_bound,full_order' // new_line('a'))
+    call buffer%add(',n_active,n_active_full_order,solver,n_solutions,error_bound,displacement_bound')
+    if (has_estimates(outcome)) call buffer%add(',error_estimate')
+    call buffer%add(',full_order' // new_line('a'))
     do i = 1, size(outcome%points, 2)
       call buffer%add(table_row(outcome, i) // new_line('a'))
     end do
@@ -63,9 +65,16 @@ contains
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
       method_name(outcome%method(i)) // ',' // to_text(outcome%n_solutions(i)) // ',' // &
-      bound_text(outcome%error_bound(i)) // ',' // bound_text(outcome%displacement_bound(i)) // ',' // &
-      status(outcome%reason_full_order(i))
+      bound_text(outcome%error_bound(i)) // ',' // bound_text(outcome%displacement_bound(i)) // ','
+    if (has_estimates(outcome)) row = row // bound_text(outcome%error_estimate(i)) // ','
+    row = row // status(outcome%reason_full_order(i))
   end function table_row
+
+  pure logical function has_estimates(outcome)
+    type(validation_t), intent(in) :: outcome
+
+    has_estimates = any(outcome%error_estimate >= 0)
+  end function has_estimates
 
   pure function status(reason) result(text)
     integer, intent(in) :: reason

@@ -221,6 +221,8 @@ contains
     map%imposed = reshape([([real(rk) :: 1, 0, 0, 0, 0, 0], i=1, n_rows)], [n_stresses, n_rows])
     map%imposed_rows = [(i, i=1, n_rows)]
     map%imposed_terms = [(2, i=1, n_rows)]
+    allocate (map%point_starts(n_rows + 1), source=0)
+    allocate (map%points(0), map%point_weights(0))
   end function strains_of
 
   !> A triangle (0, 0), (1, 0), (0, 1) in plane strain with E = a and nu = 1/4, and a strain q imposed along x: all but the contact

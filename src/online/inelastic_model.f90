@@ -1,0 +1,698 @@
+! SPDX-License-Identifier: BSD-3-Clause
+!> A contact problem whose materials flow (plasticity, creep), as a kind of reduced model. The elastic structure and the contact are
+!> exact, and only the material is reduced: with the responses G and H of a condensed model,
+!>
+!>     u = G theta - H z + U a,   a = sum_g w_g E_U,g' s_g,   s = C eps - sigma = C eps_in.
+!>
+!> U are inelastic modes, orthonormal in the norm of the stiffness; a are their amplitudes. The sum is over the chosen points, whose
+!> weights make it equal to the integral over all bodies that flow. For given a the contact problem has openings that are smaller
+!> by B U a, so that each step of Newton's method on a solves it exactly.
+!>
+!> Behind a step the laws are evaluated at all points with the strains of the answer. The openings that these inelastic strains
+!> cause, H' int B' s, give the forces of the answer; their difference from those before, over their size, is an estimate of the
+!> error of the forces before. It is no bound.
+!>
+!> Both sets of contact forces have a history of their own, because contacts with friction remember.
+module sig_inelastic_model
+  use sig_answer, only: answer_condensed, answer_t
+  use sig_condensed_model, only: condensed_model_t
+  use sig_description_line, only: line
+  use sig_elasticity, only: n_stresses
+  use sig_errors, only: error_t
+  use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t
+  use sig_flow_properties, only: compiled_properties_t, flow_properties_t
+  use sig_gradient, only: gradient_t
+  use sig_hdf5_reader, only: h5_reader_t
+  use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: lu_t, multiply
+  use sig_material_law, only: creep_strain_at, creep_strains, plastic_strain_at, plastic_strains
+  use sig_material_laws, only: make_law
+  use sig_missing_parts, only: fill_missing
+  use sig_reasons, only: reason_bad_term, reason_no_material_answer
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_shape_checks, only: is_matrix
+  use sig_term_check, only: are_sound_terms
+  use sig_term_file, only: read_terms, write_terms
+  use sig_term_set, only: start_terms, term_set_t
+  use sig_term_values, only: term_values_t
+  use sig_text, only: counted, string_t, to_text
+  implicit none(type, external)
+  private
+  public :: inelastic_model_t
+
+  type, extends(reduced_t) :: inelastic_model_t
+    !> the elastic structure and its contacts, with a fixed W
+    type(condensed_model_t) :: contact
+    !> names of the laws (sig_material_laws), strains of their hardening curves one after the other (those of material m are
+    !> curve_starts(m) + 1 to curve_starts(m + 1)), and [force/length**2] elastic stress per strain, shape (n_stresses, n_stresses *
+    !> n_materials)
+    type(string_t), allocatable :: law_names(:)
+    real(rk), allocatable :: curve_strains(:)
+    integer, allocatable :: curve_starts(:)
+    real(rk), allocatable :: hooke(:, :)
+    type(flow_properties_t) :: properties
+    !> factors of the imposed strains
+    type(term_set_t) :: strain_terms
+    !> points that stand for all, and all points
+    type(flow_points_t) :: chosen
+    type(flow_points_t) :: all
+    !> [length/sqrt(force*length)] minus B U, shape (n_multipliers, n_modes), and U, shape (n_dofs, n_modes)
+    real(rk), allocatable :: mode_openings(:, :)
+    real(rk), allocatable :: modes(:, :)
+    !> [sqrt(force*length)] largest size of a in training
+    real(rk) :: largest_amplitude = 0
+    !> from `prepare`
+    type(flow_law_t), allocatable, private :: laws(:)
+  contains
+    procedure :: kind => kind_of
+    procedure :: complete
+    procedure :: mismatch
+    procedure :: prepare
+    procedure :: create_room
+    procedure :: remembers
+    procedure :: begin_step
+    procedure :: forget
+    procedure :: n_remembered
+    procedure :: n_flow_points
+    procedure :: save_memory
+    procedure :: restore_memory
+    procedure :: solve
+    procedure :: fill_multipliers
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
+    procedure :: contact_rows
+    procedure :: n_rows
+    procedure :: n_modes
+    procedure :: write
+    procedure :: read
+    procedure :: describe
+    procedure :: is_exact
+    procedure :: has_displacement
+    procedure :: has_whole_field
+    procedure :: displacement_source
+    procedure :: differentiate
+    procedure, private :: has_law_besides
+  end type inelastic_model_t
+
+  !> A contact problem with a history of its own.
+  type :: chain_t
+    class(room_t), allocatable :: room
+    type(answer_t) :: answer
+    !> what contacts remembered at the start of the step
+    real(rk), allocatable :: memory(:)
+    !> [length] what the inelastic strains open, shape (n_rows)
+    real(rk), allocatable :: openings(:)
+  end type chain_t
+
+  type, extends(room_t) :: inelastic_room_t
+    !> contact for given amplitudes, and for the inelastic strains of all points
+    type(chain_t) :: reduced
+    type(chain_t) :: corrected
+    type(flow_room_t) :: chosen
+    type(flow_room_t) :: all
+    type(compiled_properties_t) :: properties
+    type(term_values_t) :: strain_terms
+    !> values of strain_terms
+    real(rk), allocatable :: strain_theta(:)
+    !> [sqrt(force*length)] a, at the last time and now
+    real(rk), allocatable :: old_amplitudes(:)
+    real(rk), allocatable :: amplitudes(:)
+    !> numbers of the state, and [time] the length of the step
+    real(rk), allocatable :: state(:)
+    real(rk) :: dt = 0
+  contains
+    final :: free_room
+  end type inelastic_room_t
+
+  !> Newton's method ends where the residual is at most this share of the amplitudes
+  real(rk), parameter :: tolerance = 1.0e-10_rk
+  integer, parameter :: most_iterations = 40, most_halvings = 12
+
+contains
+
+  pure function kind_of(self) result(name)
+    class(inelastic_model_t), intent(in) :: self
+    character(:), allocatable :: name
+
+    name = 'inelastic'
+  end function kind_of
+
+  !> Allocates each array that is not allocated, with size 0 or without values.
+  pure subroutine complete(self, sizes)
+    class(inelastic_model_t), intent(inout) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    integer :: n_modes
+
+    call self%contact%complete(sizes)
+    call fill_missing(self%mode_openings, sizes%n_multipliers)
+    call fill_missing(self%modes, sizes%n_dofs)
+    call fill_missing(self%law_names)
+    call fill_missing(self%curve_strains)
+    call fill_missing(self%curve_starts)
+    call fill_missing(self%hooke, n_stresses)
+    call self%properties%complete()
+    if (self%strain_terms%n_terms() == 0) call start_terms(self%properties%names, [string_t ::], .false., self%strain_terms)
+    n_modes = size(self%modes, 2)
+    call self%chosen%complete(sizes%n_terms, sizes%n_multipliers, n_modes)
+    call self%all%complete(sizes%n_terms, sizes%n_multipliers, n_modes)
+  end subroutine complete
+
+  !> Returns the name of an array whose shape or values do not fit the model; empty when all fit. Requires: complete.
+  pure function mismatch(self, sizes) result(name)
+    class(inelastic_model_t), intent(in) :: self
+    type(model_sizes_t), intent(in) :: sizes
+    character(:), allocatable :: name
+
+    name = self%contact%mismatch(sizes)
+    associate (n_modes => size(self%modes, 2), n => size(self%law_names))
+      if (.not. is_matrix(self%modes, sizes%n_dofs, n_modes)) name = 'modes'
+      if (.not. is_matrix(self%mode_openings, sizes%n_multipliers, n_modes)) name = 'mode_openings'
+      if (.not. is_matrix(self%hooke, n_stresses, n_stresses * n)) name = 'hooke'
+      if (.not. (self%largest_amplitude >= 0 .and. self%largest_amplitude <= huge(1.0_rk))) name = 'largest_amplitude'
+      if (.not. are_starts(self%curve_starts, n, size(self%curve_strains))) name = 'curve_starts'
+      if (name == '') name = self%properties%mismatch(n)
+      if (name == '' .and. .not. are_sound_terms(self%strain_terms, 3)) name = 'strain_terms'
+      if (name == '') name = self%chosen%mismatch(n, size(self%properties%temperatures), &
+        self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
+      if (name == '') name = self%all%mismatch(n, size(self%properties%temperatures), &
+        self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
+    end associate
+  end function mismatch
+
+  !> Whether a list numbers what belongs to each of n materials, from 0 to the number of all.
+  pure logical function are_starts(starts, n, n_all)
+    integer, intent(in) :: starts(:)
+    integer, intent(in) :: n
+    integer, intent(in) :: n_all
+
+    are_starts = size(starts) == n + 1
+    if (are_starts) are_starts = starts(1) == 0 .and. starts(n + 1) == n_all .and. all(starts(2:) >= starts(:n))
+  end function are_starts
+
+  !> Makes the laws. Errors: message is allocated if there is no such law, properties are missing, or an expression is not valid.
+  subroutine prepare(self, message)
+    class(inelastic_model_t), intent(inout) :: self
+    character(:), allocatable, intent(out) :: message
+    type(compiled_properties_t) :: compiled
+    type(term_values_t) :: values
+    integer :: i
+
+    call self%contact%prepare(message)
+    if (allocated(message)) return
+    if (allocated(self%laws)) deallocate (self%laws)
+    allocate (self%laws(size(self%law_names)))
+    do i = 1, size(self%laws)
+      associate (law => self%laws(i))
+        call make_law(self%law_names(i)%text, self%curve_strains(self%curve_starts(i) + 1:self%curve_starts(i + 1)), law%law)
+        if (.not. allocated(law%law)) then
+          message = 'it has a material law ''' // self%law_names(i)%text // ''', which this version does not know'
+          return
+        end if
+        if (law%law%n_properties() /= self%properties%starts(i + 1) - self%properties%starts(i)) then
+          message = 'the material law ''' // self%law_names(i)%text // ''' has other properties'
+          return
+        end if
+        law%hooke = self%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i)
+      end associate
+    end do
+    call self%properties%compile(compiled, message)
+    if (.not. allocated(message)) call values%create(self%strain_terms, message)
+    call values%destroy()
+  end subroutine prepare
+
+  !> Makes the work arrays for one thread, at the beginning of a history.
+  subroutine create_room(self, room)
+    class(inelastic_model_t), intent(in) :: self
+    class(room_t), allocatable, intent(out) :: room
+    type(inelastic_room_t), allocatable :: own
+    character(:), allocatable :: message
+
+    allocate (own)
+    call create_chain(self, own%reduced)
+    call create_chain(self, own%corrected)
+    call self%chosen%create_room(self%laws, own%chosen)
+    call self%all%create_room(self%laws, own%all)
+    call self%properties%compile(own%properties, message)
+    call own%strain_terms%create(self%strain_terms, message)
+    allocate (own%strain_theta(self%strain_terms%n_terms()), source=0.0_rk)
+    allocate (own%old_amplitudes(self%n_modes()), own%amplitudes(self%n_modes()), own%state(size(self%properties%names)), &
+      source=0.0_rk)
+    call move_alloc(own, room)
+  end subroutine create_room
+
+  !> Frees the expressions of a room.
+  subroutine free_room(room)
+    type(inelastic_room_t), intent(inout) :: room
+
+    call room%strain_terms%destroy()
+  end subroutine free_room
+
+  subroutine create_chain(self, chain)
+    class(inelastic_model_t), intent(in) :: self
+    type(chain_t), intent(inout) :: chain
+
+    call self%contact%create_room(chain%room)
+    allocate (chain%memory(self%contact%n_remembered()), chain%openings(self%n_rows()), source=0.0_rk)
+  end subroutine create_chain
+
+  !> Returns true: materials that flow carry their state from one time to the next.
+  pure logical function remembers(self)
+    class(inelastic_model_t), intent(in) :: self
+
+    remembers = .true.
+  end function remembers
+
+  !> Begins a history: the virgin state.
+  subroutine forget(self, room)
+    class(inelastic_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+
+    select type (room)
+    type is (inelastic_room_t)
+      call self%contact%forget(room%reduced%room)
+      call self%contact%forget(room%corrected%room)
+      room%chosen%old_states = 0
+      room%all%old_states = 0
+      room%old_amplitudes = 0
+    end select
+  end subroutine forget
+
+  !> Takes the numbers of the next state and the length of its step.
+  subroutine begin_step(self, room, state, dt)
+    class(inelastic_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    real(rk), intent(in) :: state(:)
+    real(rk), intent(in) :: dt
+
+    select type (room)
+    type is (inelastic_room_t)
+      room%state = state
+      room%dt = dt
+    end select
+  end subroutine begin_step
+
+  pure integer function n_remembered(self) result(n)
+    class(inelastic_model_t), intent(in) :: self
+
+    n = 2 * self%contact%n_remembered() + self%n_modes() + n_states(self%laws, self%chosen) + n_states(self%laws, self%all)
+  end function n_remembered
+
+  pure integer function n_flow_points(self) result(n)
+    class(inelastic_model_t), intent(in) :: self
+
+    n = self%all%n_points()
+  end function n_flow_points
+
+  !> Returns how many numbers the states of some points have.
+  pure integer function n_states(laws, points)
+    type(flow_law_t), intent(in) :: laws(:)
+    type(flow_points_t), intent(in) :: points
+    integer :: i
+
+    n_states = 0
+    do i = 1, size(laws)
+      n_states = max(n_states, laws(i)%law%n_state)
+    end do
+    n_states = n_states * points%n_points()
+  end function n_states
+
+  subroutine save_memory(self, room, numbers)
+    class(inelastic_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    real(rk), intent(inout) :: numbers(:)
+    integer :: n
+
+    select type (room)
+    type is (inelastic_room_t)
+      n = self%contact%n_remembered()
+      call self%contact%save_memory(room%reduced%room, numbers(:n))
+      call self%contact%save_memory(room%corrected%room, numbers(n + 1:2 * n))
+      numbers(2 * n + 1:) = [room%old_amplitudes, room%chosen%old_states, room%all%old_states]
+    end select
+  end subroutine save_memory
+
+  subroutine restore_memory(self, room, numbers, is_valid)
+    class(inelastic_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    real(rk), intent(in) :: numbers(:)
+    logical, intent(out) :: is_valid
+    logical :: is_other
+    integer :: first, n
+
+    is_valid = all(abs(numbers) <= huge(numbers))
+    call self%forget(room)
+    if (.not. is_valid) return
+    select type (room)
+    type is (inelastic_room_t)
+      n = self%contact%n_remembered()
+      call self%contact%restore_memory(room%reduced%room, numbers(:n), is_valid)
+      call self%contact%restore_memory(room%corrected%room, numbers(n + 1:2 * n), is_other)
+      is_valid = is_valid .and. is_other
+      first = 2 * n + self%n_modes()
+      room%old_amplitudes = numbers(2 * n + 1:first)
+      n = size(room%chosen%old_states)
+      room%chosen%old_states = reshape(numbers(first + 1:first + n), shape(room%chosen%old_states))
+      room%all%old_states = reshape(numbers(first + n + 1:), shape(room%all%old_states))
+    end select
+  end subroutine restore_memory
+
+  !> Solves the next step of the history in the room. Requires: begin_step. Arguments: solve_at in sig_reduced; no judge is asked.
+  subroutine solve(self, theta, near, room, answer, judge)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(neighbors_t), intent(in) :: near
+    class(room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+    class(reduced_t), intent(in), optional :: judge
+    integer :: i_source, reason
+    logical :: is_valid
+
+    select type (room)
+    type is (inelastic_room_t)
+      call room%strain_terms%evaluate(room%state, room%strain_theta, is_valid, i_source)
+      answer%reason = reason_bad_term
+      if (.not. is_valid) return
+      call start_chain(self, theta, room%reduced)
+      call start_chain(self, theta, room%corrected)
+      call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
+      call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
+      call find_amplitudes(self, theta, room, answer%n_iterations, reason)
+      if (reason > 0) call correct(self, theta, room, reason)
+      answer%reason = reason
+      if (reason <= 0) return
+      call take_answer(self, room, answer)
+      room%old_amplitudes = room%amplitudes
+      room%chosen%old_states = room%chosen%states
+      room%all%old_states = room%all%states
+    end select
+  end subroutine solve
+
+  !> Keeps what the contacts remember, and prepares the answer of a chain.
+  subroutine start_chain(self, theta, chain)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(chain_t), intent(inout) :: chain
+
+    call self%contact%save_memory(chain%room, chain%memory)
+    associate (n => self%n_rows())
+      call chain%answer%start(1, size(theta), self%contact%n_modes(), n, n)
+    end associate
+    chain%answer%theta = theta
+  end subroutine start_chain
+
+  !> Solves the contact problem of a chain from the start of the step, with its openings.
+  subroutine solve_contact(self, chain)
+    class(inelastic_model_t), intent(in) :: self
+    type(chain_t), intent(inout) :: chain
+    logical :: is_valid
+
+    call self%contact%restore_memory(chain%room, chain%memory, is_valid)
+    call self%contact%open_contacts(chain%room, chain%openings)
+    chain%answer%n_iterations = 0
+    call self%contact%solve(chain%answer%theta, neighbors_t(), chain%room, chain%answer)
+  end subroutine solve_contact
+
+  !> Finds the amplitudes by Newton's method on a - sum_g w_g E_U,g' s_g = 0. reason <= 0 says why there are none.
+  subroutine find_amplitudes(self, theta, room, n_iterations, reason)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    integer, intent(out) :: n_iterations
+    integer, intent(out) :: reason
+    real(rk), dimension(self%n_modes()) :: residual, step, start
+    real(rk) :: before
+    integer :: i_halving
+    logical :: is_found
+
+    room%amplitudes = room%old_amplitudes
+    n_iterations = 0
+    call measure(self, theta, room, residual, reason)
+    if (reason <= 0) return
+    do
+      if (norm2(residual) <= tolerance * max(norm2(room%amplitudes), self%largest_amplitude)) return
+      if (n_iterations == most_iterations) exit
+      n_iterations = n_iterations + 1
+      call find_step(self, room, residual, step, is_found)
+      if (.not. is_found) exit
+      start = room%amplitudes
+      before = norm2(residual)
+      do i_halving = 0, most_halvings
+        room%amplitudes = start + step / 2**i_halving
+        call measure(self, theta, room, residual, reason)
+        if (reason > 0 .and. norm2(residual) <= before * (1 - 1.0e-4_rk / 2**i_halving)) exit
+      end do
+      if (i_halving > most_halvings) exit
+    end do
+    reason = reason_no_material_answer
+  end subroutine find_amplitudes
+
+  !> Computes contact, states and the residual for the amplitudes in the room.
+  subroutine measure(self, theta, room, residual, reason)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    !> [sqrt(force*length)] shape (n_modes)
+    real(rk), contiguous, intent(inout) :: residual(:)
+    integer, intent(out) :: reason
+    logical :: is_solved
+
+    call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, room%reduced%openings)
+    call solve_contact(self, room%reduced)
+    reason = room%reduced%answer%reason
+    if (reason <= 0) return
+    call self%chosen%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, &
+      room%chosen, is_solved)
+    call self%chosen%work_on_modes(room%chosen, residual)
+    residual = room%amplitudes - residual
+    if (.not. is_solved) reason = reason_no_material_answer
+  end subroutine measure
+
+  !> Computes the step of Newton's method. Where contact forces have no derivative they count as fixed.
+  subroutine find_step(self, room, residual, step, is_found)
+    class(inelastic_model_t), intent(in) :: self
+    type(inelastic_room_t), intent(inout) :: room
+    real(rk), intent(in) :: residual(:)
+    real(rk), intent(out) :: step(:)
+    logical, intent(out) :: is_found
+    real(rk) :: changes(self%n_rows(), self%n_modes()), matrix(self%n_modes(), self%n_modes())
+    type(lu_t) :: lu
+    integer :: i
+
+    call self%contact%unknown_changes(room%reduced%room, room%reduced%answer, self%mode_openings, changes, is_found)
+    call self%chosen%change_of_work(room%chosen, changes, matrix)
+    matrix = -matrix
+    do i = 1, size(step)
+      matrix(i, i) = matrix(i, i) + 1
+    end do
+    call lu%factor(matrix)
+    is_found = .not. lu%is_singular
+    step = 0
+    if (is_found) step = -lu%solve(residual)
+  end subroutine find_step
+
+  !> Evaluates the laws at all points, and solves for the contact forces under the inelastic strains of these points.
+  subroutine correct(self, theta, room, reason)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    integer, intent(out) :: reason
+    logical :: is_solved
+
+    call self%all%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, &
+      room%all, is_solved)
+    call self%all%work_on_contact(room%all, room%corrected%openings)
+    call solve_contact(self, room%corrected)
+    reason = room%corrected%answer%reason
+    if (.not. is_solved) reason = reason_no_material_answer
+  end subroutine correct
+
+  !> Copies the answer from the room: forces of the corrected contact, and amplitudes by the inelastic strains of all points.
+  subroutine take_answer(self, room, answer)
+    class(inelastic_model_t), intent(in) :: self
+    type(inelastic_room_t), intent(inout) :: room
+    type(answer_t), intent(inout) :: answer
+
+    associate (found => room%corrected%answer)
+      answer%method = answer_condensed
+      answer%residual = found%residual
+      answer%n_solutions = found%n_solutions
+      answer%n_free_motions = found%n_free_motions
+      answer%multipliers = found%multipliers
+      answer%unknowns = found%unknowns
+      if (allocated(found%slip)) then
+        answer%slip = found%slip
+        answer%slips = found%slips
+      end if
+      call answer%take_all_forces()
+      answer%is_active = found%is_active
+      call self%all%work_on_modes(room%all, answer%coordinates)
+      if (self%has_law_besides('norton_creep')) answer%plastic = room%all%states([plastic_strains, plastic_strain_at], :)
+      if (self%has_law_besides('plasticity')) answer%creep = room%all%states([creep_strains, creep_strain_at], :)
+      answer%error_estimate = norm2(found%multipliers - room%reduced%answer%multipliers)
+      if (answer%error_estimate > 0) answer%error_estimate = answer%error_estimate / norm2(found%multipliers)
+    end associate
+  end subroutine take_answer
+
+  !> Whether some material has another law than this one.
+  pure logical function has_law_besides(self, name)
+    class(inelastic_model_t), intent(in) :: self
+    character(*), intent(in) :: name
+    integer :: i
+
+    has_law_besides = .false.
+    do i = 1, size(self%law_names)
+      has_law_besides = has_law_besides .or. self%law_names(i)%text /= name
+    end do
+  end function has_law_besides
+
+  !> Copies the forces of all contacts from the answer, which has them already; `room` is not used.
+  subroutine fill_multipliers(self, answer, room, multipliers)
+    class(inelastic_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    class(room_t), intent(inout) :: room
+    real(rk), intent(out) :: multipliers(:)
+
+    multipliers = answer%multipliers
+  end subroutine fill_multipliers
+
+  !> Computes the displacement [length] of all dofs, shape (n_dofs); it is NaN for dofs of which there is none.
+  subroutine fill_displacement(self, answer, displacement)
+    class(inelastic_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    real(rk), contiguous, intent(inout) :: displacement(:)
+
+    call self%contact%fill_displacement(answer, displacement)
+    call multiply(1.0_rk, self%modes, answer%coordinates, 1.0_rk, displacement)
+  end subroutine fill_displacement
+
+  !> Returns the displacement [length] of one dof, 1-based; NaN if there is none of this dof.
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
+    class(inelastic_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    integer, intent(in) :: dof
+    integer :: i
+
+    displacement = self%contact%displacement_of_dof(answer, dof)
+    do i = 1, size(answer%coordinates)
+      displacement = displacement + self%modes(dof, i) * answer%coordinates(i)
+    end do
+  end function displacement_of_dof
+
+  pure function contact_rows(self) result(numbers)
+    class(inelastic_model_t), intent(in) :: self
+    integer, allocatable :: numbers(:)
+
+    numbers = self%contact%contact_rows()
+  end function contact_rows
+
+  pure integer function n_rows(self)
+    class(inelastic_model_t), intent(in) :: self
+
+    n_rows = self%contact%n_rows()
+  end function n_rows
+
+  !> Returns the number of inelastic modes.
+  pure integer function n_modes(self)
+    class(inelastic_model_t), intent(in) :: self
+
+    n_modes = size(self%modes, 2)
+  end function n_modes
+
+  !> Writes the part to a group of a model file. A failure of the file is reported when the file is closed.
+  subroutine write(self, file, group, length, force)
+    class(inelastic_model_t), intent(in) :: self
+    type(h5_writer_t), intent(inout) :: file
+    character(*), intent(in) :: group
+    character(*), intent(in) :: length
+    character(*), intent(in) :: force
+
+    call self%contact%write(file, group, length, force)
+    call file%write(group // '/laws', self%law_names, description='material laws')
+    call file%write(group // '/curve_strains', self%curve_strains, description='equivalent plastic strains of hardening curves')
+    call file%write(group // '/curve_starts', self%curve_starts, description='number of strains before those of each material')
+    call file%write(group // '/hooke', self%hooke, force // '/' // length // '**2', 'elastic stress per strain of each material')
+    call self%properties%write(file, group // '/properties')
+    call write_terms(file, group // '/strain_terms', self%strain_terms, length)
+    call self%chosen%write(file, group // '/chosen_points', length, force)
+    call self%all%write(file, group // '/all_points', length, force)
+    call file%write(group // '/mode_openings', self%mode_openings, length // '/sqrt(' // force // '*' // length // ')', &
+      'opening of each contact by each inelastic mode, a mode per row')
+    call file%write(group // '/modes', self%modes, length // '/sqrt(' // force // '*' // length // ')', &
+      'displacement of each inelastic mode, a mode per row')
+    call file%write(group // '/largest_amplitude', self%largest_amplitude, 'sqrt(' // force // '*' // length // ')', &
+      'largest size of the amplitudes in training')
+  end subroutine write
+
+  !> Reads the part from a group of a model file. Errors: a dataset is missing, or has another type or rank.
+  subroutine read(self, file, group, error)
+    class(inelastic_model_t), intent(inout) :: self
+    type(h5_reader_t), intent(in) :: file
+    character(*), intent(in) :: group
+    type(error_t), allocatable, intent(inout) :: error
+
+    call self%contact%read(file, group, error)
+    call file%read(group // '/laws', self%law_names, error)
+    call file%read(group // '/curve_strains', self%curve_strains, error)
+    call file%read(group // '/curve_starts', self%curve_starts, error)
+    call file%read(group // '/hooke', self%hooke, error)
+    call self%properties%read(file, group // '/properties', error)
+    if (allocated(error)) return
+    call read_terms(file, group // '/strain_terms', '', self%properties%names, self%strain_terms, error)
+    call self%chosen%read(file, group // '/chosen_points', error)
+    call self%all%read(file, group // '/all_points', error)
+    call file%read(group // '/mode_openings', self%mode_openings, error)
+    call file%read(group // '/modes', self%modes, error)
+    call file%read(group // '/largest_amplitude', self%largest_amplitude, error)
+  end subroutine read
+
+  pure function describe(self) result(text)
+    class(inelastic_model_t), intent(in) :: self
+    character(:), allocatable :: text
+
+    ! what the condensed model says of forces holds for given inelastic strains
+    text = self%contact%describe()
+    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact row') // ', with an estimate of their error') // &
+      text(index(text, new_line('a')) + 1:)
+    text = text // line('  inelastic strains', counted(self%n_modes(), 'mode') // ', from ' // to_text(self%chosen%n_points()) // &
+      ' of ' // counted(self%all%n_points(), 'integration point'))
+  end function describe
+
+  !> Returns true: the forces are those of all contacts, without reconstruction.
+  pure logical function is_exact(self)
+    class(inelastic_model_t), intent(in) :: self
+
+    is_exact = .true.
+  end function is_exact
+
+  pure logical function has_displacement(self)
+    class(inelastic_model_t), intent(in) :: self
+
+    has_displacement = self%contact%has_displacement()
+  end function has_displacement
+
+  pure logical function has_whole_field(self, n_dofs)
+    class(inelastic_model_t), intent(in) :: self
+    integer, intent(in) :: n_dofs
+
+    has_whole_field = self%contact%has_whole_field(n_dofs)
+  end function has_whole_field
+
+  !> Says that there are no derivatives. Arguments: no_derivative in sig_reduced.
+  subroutine differentiate(self, answer, gradient, message, room)
+    class(inelastic_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    type(gradient_t), intent(inout) :: gradient
+    character(:), allocatable, intent(out) :: message
+    class(room_t), intent(inout), optional :: room
+
+    message = 'there are no derivatives where materials yield or creep'
+  end subroutine differentiate
+
+  pure integer function displacement_source(self, dof) result(source)
+    class(inelastic_model_t), intent(in) :: self
+    integer, intent(in) :: dof
+
+    source = self%contact%displacement_source(dof)
+  end function displacement_source
+end module sig_inelastic_model

@@ -1,0 +1,487 @@
+! SPDX-License-Identifier: BSD-3-Clause
+#include "signorom/macros.h"
+!> Makes a reduced model of a problem whose materials flow (sig_inelastic_model) from full-order solutions of histories.
+!>
+!> The displacement that inelastic strains cause is u_in = u - G theta + H z. Its main directions in the norm of the stiffness are
+!> the modes. With them the laws are run through the histories once more at all points, and a few points are chosen, with weights
+!> that make their sums equal to those over all points: non-negative least squares.
+module sig_inelastic_training
+  use sig_condensed, only: condensed_t
+  use sig_condensed_model, only: condensed_model_t
+  use sig_condensed_training, only: train_condensed
+  use sig_contact_responses, only: close_rows, columns_at_once, measure_work
+  use sig_elasticity, only: n_stresses
+  use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
+  use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t
+  use sig_flow_properties, only: compiled_properties_t
+  use sig_flow_strains, only: strain_matrices
+  use sig_full_order, only: full_order_t, team_t
+  use sig_imposed_strain, only: strain_field_t
+  use sig_inelastic_model, only: inelastic_model_t
+  use sig_kinds, only: rk
+  use sig_linear_algebra, only: add_product, multiply, transposed_product, unit_vector
+  use sig_log, only: log_info
+  use sig_material_laws, only: make_law
+  use sig_mesh, only: mesh_t
+  use sig_cell_stiffness, only: cell_dofs
+  use sig_nnls, only: nnls_t, nnls_workspace_t
+  use sig_petsc_support, only: broadcast_columns, sum_over_ranks
+  use sig_point_values, only: count_points
+  use sig_problem, only: problem_t
+  use sig_reduced, only: reduced_t
+  use sig_singular_values, only: svd
+  use sig_term_values, only: evaluate_points
+  use sig_text, only: counted, short_number, string_t, to_text
+  use sig_training_set, only: training_set_t
+  use petsc
+  implicit none(type, external)
+  private
+  public :: train_inelastic
+
+  !> [-] modes leave at most this share of the displacements by inelastic strains; there are at most most_modes
+  real(rk), parameter :: mode_tolerance = 1.0e-4_rk
+  integer, parameter :: most_modes = 40
+  !> [-] chosen points miss the sums over all points by at most this share
+  real(rk), parameter :: point_tolerance = 1.0e-3_rk
+  !> [-] main directions of the stresses of inelastic strains that count
+  real(rk), parameter :: stress_tolerance = 1.0e-5_rk
+  integer, parameter :: most_stresses = 60
+
+  !> The states of the histories.
+  type :: states_t
+    !> values of the terms, shape (n_terms, n_states), and those of imposed strains
+    real(rk), allocatable :: theta(:, :)
+    real(rk), allocatable :: strain_theta(:, :)
+    !> [force] shape (n_rows, n_states)
+    real(rk), allocatable :: unknowns(:, :)
+    !> [sqrt(force*length)] shape (n_modes, n_states)
+    real(rk), allocatable :: amplitudes(:, :)
+    !> numbers of the states, shape (n_numbers, n_states), and [time] since the state before in the history
+    real(rk), allocatable :: numbers(:, :)
+    real(rk), allocatable :: dt(:)
+    !> whether a history begins
+    logical, allocatable :: is_first(:)
+  end type states_t
+
+contains
+
+  !> Trains the model. Collective on all ranks, with the same result on each. Errors: those of train_condensed.
+  subroutine train_inelastic(full_order, snapshots, part, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    !> full-order solutions with displacements; those of a history follow each other
+    type(training_set_t), intent(in) :: snapshots
+    !> not allocated where the stiffness could not be factored
+    class(reduced_t), allocatable, intent(out) :: part
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    class(reduced_t), allocatable :: contact
+    type(inelastic_model_t), allocatable :: model
+    type(team_t), pointer :: team
+    type(condensed_t), pointer :: condensed
+    type(states_t) :: states
+    real(rk), allocatable :: local(:, :), shared(:, :)
+
+    PetscCall(train_condensed(full_order, snapshots, contact, error, ierr))
+    if (allocated(error) .or. .not. allocated(contact)) return
+    allocate (model)
+    select type (contact)
+    type is (condensed_model_t)
+      model%contact = contact
+    end select
+    PetscCall(full_order%ready_team(team, ierr))
+    PetscCall(team%solver%condense(condensed, ierr))
+    associate (problem => full_order%problem, system => team%solver%system)
+      call collect_states(problem, snapshots, states)
+      PetscCall(find_modes(problem, team, condensed, snapshots, states, local, ierr))
+      PetscCall(system%share_columns(local, size(local, 2), model%modes, ierr))
+      PetscCall(broadcast_columns(model%modes, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(states%amplitudes, PETSC_COMM_WORLD, ierr))
+      PetscCall(broadcast_columns(states%unknowns, PETSC_COMM_WORLD, ierr))
+      PetscCall(close_rows(system, local, shared, ierr))
+      PetscCall(broadcast_columns(shared, PETSC_COMM_WORLD, ierr))
+      model%mode_openings = -shared
+      model%mode_openings(condensed%anchors%rows, :) = 0
+      call take_materials(problem, model)
+      call create_points(problem, model%all)
+      call add_strains(problem, model%modes, model%all, model%all%of_modes)
+      PetscCall(system%share_columns(condensed%free_response, size(states%theta, 1), shared, ierr))
+      PetscCall(broadcast_columns(shared, PETSC_COMM_WORLD, ierr))
+      call add_strains(problem, shared, model%all, model%all%of_terms)
+      PetscCall(add_contact_strains(problem, team, condensed, model%all, ierr))
+      call choose_points(problem, states, model)
+    end associate
+    model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
+    call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
+      ' of ' // counted(model%all%n_points(), 'integration point'))
+    call move_alloc(model, part)
+  end subroutine train_inelastic
+
+  !> Takes parameters, terms and steps of time of the snapshots.
+  subroutine collect_states(problem, snapshots, states)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    type(states_t), intent(out) :: states
+    integer :: i, i_bad_point, i_bad_source, i_time
+
+    states%numbers = snapshots%parameters
+    call evaluate_points(problem%terms, states%numbers, states%theta, i_bad_point, i_bad_source)
+    call evaluate_points(problem%strains%terms, states%numbers, states%strain_theta, i_bad_point, i_bad_source)
+    states%unknowns = snapshots%forces()
+    associate (n => size(states%numbers, 2))
+      i_time = size(states%numbers, 1) - problem%deck%history%states%n_values() + 1
+      allocate (states%dt(n), states%is_first(n))
+      do i = 1, n
+        states%is_first(i) = i == 1
+        if (i > 1) states%is_first(i) = .not. states%numbers(i_time, i) > states%numbers(i_time, i - 1) .or. &
+          any(abs(states%numbers(:i_time - 1, i) - states%numbers(:i_time - 1, i - 1)) > 0)
+        states%dt(i) = states%numbers(i_time, i)
+        if (.not. states%is_first(i)) states%dt(i) = states%dt(i) - states%numbers(i_time, i - 1)
+      end do
+    end associate
+  end subroutine collect_states
+
+  !> Finds the modes and the amplitudes of the states, and the openings of the anchors among the unknowns. Collective on the ranks
+  !> of the team.
+  subroutine find_modes(problem, team, condensed, snapshots, states, modes, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(condensed_t), intent(inout) :: condensed
+    type(training_set_t), intent(in) :: snapshots
+    type(states_t), intent(inout) :: states
+    !> [length/sqrt(force*length)] rows of this rank, shape (n_local_dofs, n_modes)
+    real(rk), allocatable, intent(out) :: modes(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: columns(:, :), energies(:, :), u(:, :), values(:), vt(:, :)
+    integer :: i, n_modes
+
+    PetscCall(find_inelastic(problem, team, condensed, snapshots, states, columns, ierr))
+    PetscCall(measure_work(team%solver%system, columns, energies, ierr))
+    PetscCall(broadcast_columns(energies, PETSC_COMM_WORLD, ierr))
+    energies = (energies + transpose(energies)) / 2
+    call svd(energies, u, values, vt)
+    n_modes = 0
+    do while (n_modes < min(most_modes, size(values)))
+      if (sum(values(n_modes + 1:)) <= mode_tolerance**2 * sum(values)) exit
+      if (values(n_modes + 1) <= epsilon(values) * 100 * values(1)) exit
+      n_modes = n_modes + 1
+    end do
+    allocate (modes(size(columns, 1), n_modes), source=0.0_rk)
+    allocate (states%amplitudes(n_modes, size(values)))
+    do i = 1, n_modes
+      call multiply(1 / sqrt(values(i)), columns, u(:, i), 0.0_rk, modes(:, i))
+      states%amplitudes(i, :) = sqrt(values(i)) * u(:, i)
+    end do
+  end subroutine find_modes
+
+  !> Computes u - G theta + H z of all states. Collective on the ranks of the team.
+  subroutine find_inelastic(problem, team, condensed, snapshots, states, columns, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(condensed_t), intent(inout) :: condensed
+    type(training_set_t), intent(in) :: snapshots
+    type(states_t), intent(inout) :: states
+    !> [length] rows of this rank, shape (n_local_dofs, n_states)
+    real(rk), allocatable, intent(out) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: closing(:, :), response(:, :)
+    real(rk) :: whole(snapshots%n_dofs)
+    integer :: first, i, last, n
+
+    ierr = 0
+    n = snapshots%n_snapshots()
+    associate (system => team%solver%system, anchors => condensed%anchors%rows, n_free => size(condensed%free_response, 2))
+      allocate (columns(system%map%n_local_dofs, n))
+      do i = 1, n
+        whole = 0
+        whole(snapshots%first_dof:snapshots%first_dof + snapshots%n_own - 1) = snapshots%displacement(i)%values
+        PetscCall(sum_over_ranks(PETSC_COMM_WORLD, whole, ierr))
+        columns(:, i) = whole(system%map%local_dofs)
+      end do
+      PetscCall(close_rows(system, columns, closing, ierr))
+      do i = 1, size(anchors)
+        states%unknowns(anchors(i), :) = (matmul(problem%force_rows%gap(anchors(i), :), states%theta) - closing(anchors(i), :)) / &
+          condensed%scale
+      end do
+      do first = 1, n, columns_at_once
+        last = min(first + columns_at_once - 1, n)
+        allocate (response(size(columns, 1), last - first + 1))
+        PetscCall(condensed%respond(system, states%unknowns(:, first:last), response, ierr))
+        columns(:, first:last) = columns(:, first:last) + response
+        call add_product(-1.0_rk, condensed%free_response, states%theta(:n_free, first:last), columns(:, first:last))
+        deallocate (response)
+      end do
+    end associate
+  end subroutine find_inelastic
+
+  !> Takes the laws, properties and terms of imposed strains.
+  subroutine take_materials(problem, model)
+    type(problem_t), intent(in) :: problem
+    type(inelastic_model_t), intent(inout) :: model
+    integer, allocatable :: flowing(:)
+    integer :: i, k, m, n
+
+    flowing = flowing_materials(problem)
+    n = 0
+    allocate (model%law_names(size(flowing)), model%curve_starts(size(flowing) + 1), model%curve_strains(0))
+    allocate (model%hooke(n_stresses, n_stresses * size(flowing)))
+    allocate (model%properties%starts(size(flowing) + 1), source=0)
+    model%curve_starts = 0
+    associate (flow => problem%flow)
+      do i = 1, size(flowing)
+        m = flowing(i)
+        model%law_names(i)%text = trim(flow%laws(m)%law%name)
+        model%curve_strains = [model%curve_strains, flow%laws(m)%law%curve_strains]
+        model%curve_starts(i + 1) = size(model%curve_strains)
+        model%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i) = problem%body%stress_matrix(:, :, m)
+        n = n + size(flow%properties(m)%values)
+        model%properties%starts(i + 1) = n
+      end do
+      allocate (model%properties%texts(n), model%properties%names(size(flow%parameter_names)))
+      do i = 1, size(flow%parameter_names)
+        model%properties%names(i)%text = flow%parameter_names(i)%text
+      end do
+      n = 0
+      do i = 1, size(flowing)
+        do k = 1, size(flow%properties(flowing(i))%values)
+          n = n + 1
+          model%properties%texts(n)%text = flow%properties(flowing(i))%values(k)%text
+        end do
+      end do
+      n = 0
+      if (allocated(flow%temperature)) n = size(flow%temperature)
+      allocate (model%properties%temperatures(n))
+      do i = 1, n
+        model%properties%temperatures(i)%text = flow%temperature(i)%of_parameters
+        if (model%properties%temperatures(i)%text == '') model%properties%temperatures(i)%text = '1'
+      end do
+    end associate
+    model%strain_terms = problem%strains%terms
+  end subroutine take_materials
+
+  !> Returns the materials of the deck that flow, 1-based.
+  pure function flowing_materials(problem) result(materials)
+    type(problem_t), intent(in) :: problem
+    integer, allocatable :: materials(:)
+    integer :: i
+
+    materials = pack([(i, i=1, size(problem%flow%laws))], [(allocated(problem%flow%laws(i)%law), i=1, size(problem%flow%laws))])
+  end function flowing_materials
+
+  !> Makes all points of the cells that flow, with their volumes, materials, imposed strains and temperatures.
+  subroutine create_points(problem, points)
+    type(problem_t), intent(in) :: problem
+    type(flow_points_t), intent(inout) :: points
+    type(strain_field_t) :: field
+    real(rk), allocatable :: matrices(:, :, :), volumes(:)
+    integer, allocatable :: cells(:), flowing(:)
+    integer :: i, i_term, k, n, n_terms
+
+    flowing = flowing_materials(problem)
+    associate (mesh => problem%mesh, body => problem%body, mechanics => problem%body%mechanics, strains => problem%strains)
+      cells = flowing_cells(problem)
+      n = count_points(mesh, body, cells)
+      n_terms = strains%terms%n_terms()
+      points%components = mechanics%strains(:mechanics%n_strains)
+      allocate (points%materials(n), points%weights(n))
+      allocate (points%imposed(n_stresses * n, n_terms), source=0.0_rk)
+      n = 0
+      do i = 1, size(cells)
+        call strain_matrices(mesh, body, cells(i), matrices, volumes)
+        points%materials(n + 1:n + size(volumes)) = findloc(flowing, body%material_of_cell(cells(i)), dim=1)
+        points%weights(n + 1:n + size(volumes)) = volumes
+        n = n + size(volumes)
+      end do
+      do i_term = 1, n_terms
+        if (.not. strains%are_there()) exit
+        call strains%evaluate(mesh, body, unit_vector(n_terms, i_term), field)
+        n = 0
+        do i = 1, size(cells)
+          do k = 1, count_points(mesh, body, [cells(i)])
+            points%imposed(n_stresses * n + 1:n_stresses * (n + 1), i_term) = field%at_point(cells(i), k)
+            n = n + 1
+          end do
+        end do
+      end do
+      allocate (points%temperatures(n, 0))
+      if (allocated(problem%flow%temperature)) points%temperatures = &
+        reshape([(problem%flow%temperature(i)%values, i=1, size(problem%flow%temperature))], [n, size(problem%flow%temperature)])
+    end associate
+  end subroutine create_points
+
+  pure function flowing_cells(problem) result(cells)
+    type(problem_t), intent(in) :: problem
+    integer, allocatable :: cells(:)
+    integer :: i
+
+    cells = pack([(i, i=1, problem%mesh%n_cells)], [(problem%body%flows_in(i), i=1, problem%mesh%n_cells)])
+  end function flowing_cells
+
+  !> Computes the strains at all points of some displacements.
+  subroutine add_strains(problem, displacements, points, strains)
+    type(problem_t), intent(in) :: problem
+    !> [length] natural, shape (n_dofs, n_columns)
+    real(rk), intent(in) :: displacements(:, :)
+    type(flow_points_t), intent(in) :: points
+    !> shape (n_strains * n_points, n_columns)
+    real(rk), allocatable, intent(out) :: strains(:, :)
+    real(rk), allocatable :: matrices(:, :, :), volumes(:), cell(:, :)
+    integer, allocatable :: cells(:)
+    integer :: i, k, n
+
+    associate (n_strains => size(points%components))
+      allocate (strains(n_strains * size(points%weights), size(displacements, 2)))
+      cells = flowing_cells(problem)
+      n = 0
+      do i = 1, size(cells)
+        call strain_matrices(problem%mesh, problem%body, cells(i), matrices, volumes)
+        cell = displacements(cell_dofs(problem%mesh, cells(i)), :)
+        do k = 1, size(volumes)
+          strains(n + 1:n + n_strains, :) = matmul(matrices(points%components, :, k), cell)
+          n = n + n_strains
+        end do
+      end do
+    end associate
+  end subroutine add_strains
+
+  !> Computes the strains at all points of minus the columns of H. Collective on the ranks of the team.
+  subroutine add_contact_strains(problem, team, condensed, points, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(inout) :: team
+    type(condensed_t), intent(inout) :: condensed
+    type(flow_points_t), intent(inout) :: points
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: columns(:, :), shared(:, :), strains(:, :)
+    integer :: first, i, last
+
+    ierr = 0
+    associate (system => team%solver%system, n_rows => team%solver%system%rows%n_rows)
+      allocate (points%of_contact(size(points%components) * size(points%weights), n_rows))
+      do first = 1, n_rows, columns_at_once
+        last = min(first + columns_at_once - 1, n_rows)
+        allocate (columns(system%map%n_local_dofs, last - first + 1))
+        PetscCall(condensed%respond_to_rows(system, [(i, i=first, last)], columns, ierr))
+        PetscCall(system%share_columns(columns, size(columns, 2), shared, ierr))
+        call add_strains(problem, shared, points, strains)
+        points%of_contact(:, first:last) = -strains
+        deallocate (columns)
+      end do
+      ! bodies that an anchor moves are not strained
+      points%of_contact(:, condensed%anchors%rows) = 0
+      PetscCall(broadcast_columns(points%of_contact, PETSC_COMM_WORLD, ierr))
+    end associate
+  end subroutine add_contact_strains
+
+  !> Chooses points and weights whose sums over modes and states are those of all points.
+  subroutine choose_points(problem, states, model)
+    type(problem_t), intent(in) :: problem
+    type(states_t), intent(in) :: states
+    type(inelastic_model_t), intent(inout) :: model
+    real(rk), allocatable :: integrands(:, :), shares(:), stresses(:, :)
+    integer, allocatable :: chosen(:)
+    type(nnls_t) :: nnls
+    type(nnls_workspace_t) :: workspace
+    real(rk) :: residual
+    integer :: i
+
+    call find_stresses(states, model, stresses)
+    call fill_integrands(model%all, stresses, integrands)
+    allocate (shares(model%all%n_points()))
+    call nnls%prepare(integrands)
+    call nnls%solve(sum(integrands, dim=2), workspace, shares, residual, point_tolerance)
+    chosen = pack([(i, i=1, size(shares))], shares > 0)
+    call take_points(model%all, chosen, shares(chosen), model%chosen)
+  end subroutine choose_points
+
+  !> Runs the laws through the histories, and finds the main directions of the stresses that inelastic strains take away, times the
+  !> volumes of the points, each with its size over all states.
+  subroutine find_stresses(states, model, stresses)
+    type(states_t), intent(in) :: states
+    type(inelastic_model_t), intent(inout) :: model
+    !> [force, force/length] shape (n_strains * n_points, n_directions)
+    real(rk), allocatable, intent(out) :: stresses(:, :)
+    type(flow_law_t), allocatable :: laws(:)
+    type(flow_room_t) :: room
+    type(compiled_properties_t) :: properties
+    character(:), allocatable :: message
+    real(rk), allocatable :: all(:, :), products(:, :), u(:, :), values(:), vt(:, :)
+    integer :: i, n
+    logical :: is_solved
+
+    call make_laws(model, laws)
+    call model%all%create_room(laws, room)
+    call model%properties%compile(properties, message)
+    associate (points => model%all)
+      allocate (all(size(room%taken), size(states%dt)))
+      do i = 1, size(states%dt)
+        if (states%is_first(i)) room%old_states = 0
+        call properties%evaluate(states%numbers(:, i), points%materials, points%temperatures, room%properties)
+        call points%update(laws, states%theta(:, i), states%strain_theta(:, i), states%unknowns(:, i), states%amplitudes(:, i), &
+          states%dt(i), room, is_solved)
+        all(:, i) = room%taken
+        room%old_states = room%states
+      end do
+    end associate
+    products = transposed_product(all, all)
+    call svd(products, u, values, vt)
+    n = count(values > stress_tolerance**2 * values(1))
+    n = min(n, most_stresses)
+    allocate (stresses(size(all, 1), n), source=0.0_rk)
+    call add_product(1.0_rk, all, u(:, :n), stresses)
+  end subroutine find_stresses
+
+  subroutine make_laws(model, laws)
+    type(inelastic_model_t), intent(in) :: model
+    type(flow_law_t), allocatable, intent(out) :: laws(:)
+    integer :: i
+
+    allocate (laws(size(model%law_names)))
+    do i = 1, size(laws)
+      call make_law(model%law_names(i)%text, model%curve_strains(model%curve_starts(i) + 1:model%curve_starts(i + 1)), laws(i)%law)
+      laws(i)%hooke = model%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i)
+    end do
+  end subroutine make_laws
+
+  !> Computes what each point adds to the work of each stress on each mode.
+  subroutine fill_integrands(points, stresses, integrands)
+    type(flow_points_t), intent(in) :: points
+    real(rk), intent(in) :: stresses(:, :)
+    !> shape (n_modes * n_stresses, n_points)
+    real(rk), allocatable, intent(out) :: integrands(:, :)
+    integer :: i
+
+    associate (n => size(points%components), n_modes => size(points%of_modes, 2))
+      allocate (integrands(n_modes * size(stresses, 2), points%n_points()))
+      do i = 1, points%n_points()
+        associate (first => n * (i - 1) + 1, last => n * i)
+          integrands(:, i) = reshape(matmul(transpose(points%of_modes(first:last, :)), stresses(first:last, :)), &
+            [size(integrands, 1)])
+        end associate
+      end do
+    end associate
+  end subroutine fill_integrands
+
+  !> Copies some points, with weights that are multiplied by their shares.
+  subroutine take_points(all, chosen, shares, points)
+    type(flow_points_t), intent(in) :: all
+    !> 1-based
+    integer, intent(in) :: chosen(:)
+    real(rk), intent(in) :: shares(:)
+    type(flow_points_t), intent(out) :: points
+    integer :: i, k
+    integer :: rows(size(all%components) * size(chosen)), six(n_stresses * size(chosen))
+
+    associate (n => size(all%components))
+      rows = [((n * (chosen(i) - 1) + k, k=1, n), i=1, size(chosen))]
+      six = [((n_stresses * (chosen(i) - 1) + k, k=1, n_stresses), i=1, size(chosen))]
+    end associate
+    points%components = all%components
+    points%materials = all%materials(chosen)
+    points%weights = shares * all%weights(chosen)
+    points%of_terms = all%of_terms(rows, :)
+    points%of_contact = all%of_contact(rows, :)
+    points%of_modes = all%of_modes(rows, :)
+    points%imposed = all%imposed(six, :)
+    points%temperatures = all%temperatures(chosen, :)
+  end subroutine take_points
+end module sig_inelastic_training
