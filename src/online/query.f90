@@ -90,8 +90,8 @@ contains
     integer, intent(in), optional :: cluster
 
     self%failure = 0
-    self%time = 0
-    self%time_before = 0
+    ! a point alone is no step of a history, and a history that has begun goes on behind it
+    self%time_before = self%time
     if (online%model%remembers()) then
       call self%rooms%forget(online%model)
       if (online%model%history%is_there()) self%failure = reason_needs_history
