@@ -41,13 +41,10 @@ module sig_material_law
   end type material_law_t
 
   abstract interface
-    !> Makes the law ready.
-    pure subroutine start_of_law(self, curve_strains)
-      import :: material_law_t, rk
+    !> Makes the law ready, with its curve_strains.
+    pure subroutine start_of_law(self)
+      import :: material_law_t
       class(material_law_t), intent(inout) :: self
-      !> [-] equivalent plastic strains of the hardening curve, increasing from 0; [0] = linear hardening; laws without plasticity
-      !> do not read them
-      real(rk), intent(in) :: curve_strains(:)
     end subroutine start_of_law
 
     !> Makes one step of backward Euler.

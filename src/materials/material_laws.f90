@@ -19,7 +19,8 @@ contains
   subroutine make_law(name, curve_strains, law)
     !> one of law_names
     character(*), intent(in) :: name
-    !> [-] as start of material_law_t takes them
+    !> [-] equivalent plastic strains of the hardening curve, increasing from 0; [0] = linear hardening; laws without plasticity do
+    !> not read them
     real(rk), intent(in) :: curve_strains(:)
     class(material_law_t), allocatable, intent(out) :: law
 
@@ -35,6 +36,6 @@ contains
     end select
     law%name = name
     law%curve_strains = curve_strains
-    call law%start(curve_strains)
+    call law%start()
   end subroutine make_law
 end module sig_material_laws

@@ -24,9 +24,8 @@ module sig_norton_creep
 contains
 
   !> Makes the law ready, as material_law_t says.
-  pure subroutine start(self, curve_strains)
+  pure subroutine start(self)
     class(norton_creep_t), intent(inout) :: self
-    real(rk), intent(in) :: curve_strains(:)
 
     self%property_names = [character(20) :: 'young_modulus', 'poisson_ratio', 'coefficient', 'exponent']
   end subroutine start

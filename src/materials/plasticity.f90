@@ -12,7 +12,6 @@ module sig_plasticity
   public :: plasticity_t
 
   type, extends(material_law_t) :: plasticity_t
-    !> [-] equivalent plastic strains of the curve, increasing from 0; shape (n_points)
   contains
     procedure :: start
     procedure :: update
@@ -25,12 +24,10 @@ module sig_plasticity
 contains
 
   !> Makes the law ready, as material_law_t says.
-  pure subroutine start(self, curve_strains)
+  pure subroutine start(self)
     class(plasticity_t), intent(inout) :: self
-    real(rk), intent(in) :: curve_strains(:)
 
-    self%curve_strains = curve_strains
-    allocate (self%property_names(first_stress - 1 + size(curve_strains)))
+    allocate (self%property_names(first_stress - 1 + size(self%curve_strains)))
     self%property_names = 'yield_stress'
     self%property_names(:first_stress - 1) = [character(20) :: 'young_modulus', 'poisson_ratio', 'kinematic_hardening', &
       'isotropic_hardening']

@@ -99,7 +99,7 @@ contains
     end associate
   end subroutine check_friction
 
-  !> Errors: materials flow, and the deck asks for something that their model cannot do.
+  !> Errors: materials flow, and there cannot be a model of them. The deck itself refuses hyper-reduction and a greedy selection.
   subroutine check_flow(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -108,21 +108,11 @@ contains
     if (.not. problem%flow%is_there()) return
     reason = why_not_condensed(problem)
     hint = 'the command solve needs no model'
-    associate (deck => problem%deck)
-      if (deck%reduction%method == 'hhr' .or. deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. &
-          deck%clusters%refine%is_used) then
-        reason = 'hyper-reduction finds no answer at many of their states, because contact forces are reactions of a stiff ' // &
-          'body: a small error of the displacement is a large one of the forces'
-        hint = 'take reduction.method: auto, without clusters'
-      else if (deck%greedy%is_used) then
-        reason = 'a greedy selection asks a model at single points, which do not remember'
-        hint = 'leave greedy out'
-      else if (.not. problem%has_fixed_stiffness) then
-        reason = 'elastic constants depend on parameters, and the modes of the model are those of one stiffness'
-        hint = 'give young_modulus and poisson_ratio as numbers; ' // hint
-      end if
-      if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, deck%path, hint=hint)
-    end associate
+    if (.not. problem%has_fixed_stiffness) then
+      reason = 'elastic constants depend on parameters, and the modes of the model are those of one stiffness'
+      hint = 'give young_modulus and poisson_ratio as numbers; ' // hint
+    end if
+    if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, problem%deck%path, hint=hint)
   end subroutine check_flow
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no

@@ -101,8 +101,9 @@ contains
     errors%energy_rid%size = abs(energies(2, n + 1:))
     do i = 1, n
       ! where materials flow, equilibrium is no minimum of this energy
-      if (allocated(states(i)%flow)) errors(i)%energy = comparison_t(ieee_value(1.0_rk, ieee_quiet_nan), 0.0_rk)
-      if (allocated(states(i)%flow)) errors(i)%energy_rid = errors(i)%energy
+      if (.not. allocated(states(i)%flow)) cycle
+      errors(i)%energy = comparison_t(ieee_value(1.0_rk, ieee_quiet_nan), 0.0_rk)
+      errors(i)%energy_rid = errors(i)%energy
     end do
     if (bodies%fields%is_there()) call measure_stresses(bodies, online, answers, states, fields, errors)
   end subroutine measure_errors
