@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The deck as data: one type per section, with every default and unit. Later layers check only what needs the mesh or a point.
 module sig_deck_config
+  use sig_flow_properties, only: temperature_name
   use sig_history, only: history_t
   use sig_kinds, only: rk
   use sig_text, only: string_t
@@ -10,12 +11,10 @@ module sig_deck_config
     material_config_t, plasticity_config_t, creep_config_t, value_config_t, name_config_t, &
     load_config_t, field_config_t, imposed_strain_config_t, obstacle_config_t, boundary_config_t, contact_config_t, &
     solver_config_t, point_set_config_t, reduction_config_t, output_config_t, displacement_config_t, greedy_config_t, &
-    target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t, validation_config_t
+    target_config_t, refine_config_t, clusters_config_t, enrichment_config_t, zone_config_t, validation_config_t, temperature_name
 
   !> [-] default of contact%pairing_tolerance for averaged normals, which are not exact if facets differ in size
   real(rk), parameter, public :: averaged_tolerance = 0.1_rk
-  !> name that the temperature of the region has in expressions of plasticity and creep
-  character(*), parameter, public :: temperature_name = 'T'
   !> largest number of parameters for which sobol.f90 has direction numbers
   integer, parameter, public :: max_sobol_parameters = 10
 

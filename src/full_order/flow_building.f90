@@ -15,7 +15,7 @@ module sig_flow_building
   use sig_point_values, only: count_points
   use sig_strain_parts, only: point_product_t, value_products
   use sig_term_set, only: term_set_t
-  use sig_text, only: string_t, to_text
+  use sig_text, only: append_text, string_t, to_text
   implicit none(type, external)
   private
   public :: add_temperatures, create_flow_model
@@ -31,23 +31,31 @@ contains
     type(elastic_body_t), intent(inout) :: body
     type(flow_model_t), intent(inout) :: flow
     type(error_t), allocatable, intent(out) :: error
+    type(value_config_t), allocatable :: values(:)
     logical :: flows(size(deck%materials))
-    integer :: i
+    integer :: i, k
 
     flows = [(deck%materials(i)%flows(), i=1, size(flows))]
     if (.not. any(flows)) return
-    allocate (flow%laws(size(flows)), flow%properties(size(flows)))
+    allocate (flow%laws(size(flows)), flow%is_hot(size(flows)), flow%properties%starts(size(flows) + 1))
+    allocate (flow%properties%names, source=parameter_names)
+    call flow%properties%complete()
+    flow%is_hot = .false.
+    flow%properties%starts(1) = 0
     do i = 1, size(flows)
       if (flows(i)) then
-        call law_of_material(deck%materials(i), flow%laws(i)%law, flow%properties(i)%values)
-      else
-        allocate (flow%properties(i)%values(0))
+        call law_of_material(deck%materials(i), flow%laws(i)%law, values)
+        do k = 1, size(values)
+          call append_text(flow%properties%texts, values(k)%text)
+        end do
+        flow%is_hot(i) = any(values%uses_temperature)
       end if
+      flow%properties%starts(i + 1) = size(flow%properties%texts)
     end do
-    flow%parameter_names = parameter_names
     flow%has_plasticity = any(deck%materials%plasticity%is_used)
     flow%has_creep = any(deck%materials%creep%is_used)
     call body%set_flow(flows)
+    allocate (flow%temperatures(n_flowing_points(mesh, body), 0))
     call check_cells(mesh, deck, body, error)
   end subroutine create_flow_model
 
@@ -100,14 +108,12 @@ contains
     type(flow_model_t), intent(inout) :: flow
     type(error_t), allocatable, intent(out) :: error
     integer, allocatable :: entries(:)
-    integer :: i, i_entry, i_material, i_region
+    integer :: i_entry, i_material, i_region
 
     if (.not. flow%is_there()) return
-    if (.not. any([(any(flow%properties(i)%values%uses_temperature), i=1, size(flow%properties))])) return
-    allocate (flow%temperature(0))
     do i_material = 1, size(deck%materials)
       associate (regions => deck%materials(i_material)%regions)
-        if (.not. any(flow%properties(i_material)%values%uses_temperature)) cycle
+        if (.not. flow%is_hot(i_material)) cycle
         do i_region = 1, size(regions)
           entries = temperature_entries(deck%imposed_strains, regions(i_region)%text)
           do i_entry = 1, size(entries)
@@ -131,9 +137,10 @@ contains
     type(term_set_t), intent(in) :: terms
     type(flow_model_t), intent(inout) :: flow
     type(error_t), allocatable, intent(out) :: error
-    type(point_product_t), allocatable :: products(:), longer(:)
+    type(point_product_t), allocatable :: products(:)
     integer, allocatable :: cells(:), places(:)
-    integer :: i, i_group, k, n_old
+    real(rk) :: values(size(flow%temperatures, 1))
+    integer :: i, i_group
 
     associate (strain => deck%imposed_strains(i_entry))
       call group_of_region(mesh, strain%region, deck%path, i_group, error)
@@ -145,20 +152,13 @@ contains
     end associate
     if (allocated(error)) return
     places = places_of_cells(mesh, body, cells)
-    n_old = size(flow%temperature)
-    allocate (longer(n_old + size(products)))
-    do i = 1, n_old
-      call move_alloc(flow%temperature(i)%of_parameters, longer(i)%of_parameters)
-      call move_alloc(flow%temperature(i)%values, longer(i)%values)
-    end do
     do i = 1, size(products)
-      longer(n_old + i)%of_parameters = products(i)%of_parameters
-      allocate (longer(n_old + i)%values(n_flowing_points(mesh, body)), source=0.0_rk)
-      do k = 1, size(places)
-        longer(n_old + i)%values(places(k)) = products(i)%values(k)
-      end do
+      if (products(i)%of_parameters == '') products(i)%of_parameters = '1'
+      call append_text(flow%properties%temperatures, products(i)%of_parameters)
+      values = 0
+      values(places) = products(i)%values
+      flow%temperatures = reshape([flow%temperatures, values], [size(values), size(flow%temperatures, 2) + 1])
     end do
-    call move_alloc(longer, flow%temperature)
   end subroutine add_entry
 
   !> Returns the number of integration points of all cells that flow.

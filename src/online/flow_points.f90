@@ -19,7 +19,7 @@ module sig_flow_points
   use sig_shape_checks, only: is_matrix
   implicit none(type, external)
   private
-  public :: flow_law_t, flow_points_t, flow_room_t
+  public :: flow_law_t, flow_points_t, flow_room_t, most_states
 
   !> The law of a material that flows, and its elastic part.
   type :: flow_law_t
@@ -166,20 +166,23 @@ contains
     n_points = size(self%weights)
   end function n_points
 
+  !> Returns how many numbers the state of a point has, with room for that of any law.
+  pure integer function most_states(laws)
+    type(flow_law_t), intent(in) :: laws(:)
+    integer :: i
+
+    most_states = maxval([0, (laws(i)%law%n_state, i=1, size(laws))])
+  end function most_states
+
   !> Makes the work arrays of one thread, in the virgin state.
   pure subroutine create_room(self, laws, room)
     class(flow_points_t), intent(in) :: self
     type(flow_law_t), intent(in) :: laws(:)
     type(flow_room_t), intent(out) :: room
-    integer :: i, n_properties, n_state
+    integer :: i, n_properties
 
-    n_properties = 0
-    n_state = 0
-    do i = 1, size(laws)
-      n_properties = max(n_properties, laws(i)%law%n_properties())
-      n_state = max(n_state, laws(i)%law%n_state)
-    end do
-    associate (n => self%n_points(), n_strains => size(self%components))
+    n_properties = maxval([0, (laws(i)%law%n_properties(), i=1, size(laws))])
+    associate (n => self%n_points(), n_strains => size(self%components), n_state => most_states(laws))
       allocate (room%old_states(n_state, n), room%states(n_state, n), room%properties(n_properties, n), &
         room%stresses(n_stresses, n), room%taken(n_strains * n), room%softening(n_strains, n_strains, n), &
         room%strains(n_strains * n), room%imposed(n_stresses * n), source=0.0_rk)

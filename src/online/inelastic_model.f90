@@ -19,7 +19,7 @@ module sig_inelastic_model
   use sig_description_line, only: line
   use sig_elasticity, only: n_stresses
   use sig_errors, only: error_t
-  use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t
+  use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t, most_states
   use sig_flow_properties, only: compiled_properties_t, flow_properties_t
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -69,6 +69,7 @@ module sig_inelastic_model
     procedure :: complete
     procedure :: mismatch
     procedure :: prepare
+    procedure :: make_laws
     procedure :: create_room
     procedure :: remembers
     procedure :: begin_step
@@ -190,20 +191,32 @@ contains
     if (are_starts) are_starts = starts(1) == 0 .and. starts(n + 1) == n_all .and. all(starts(2:) >= starts(:n))
   end function are_starts
 
-  !> Makes the laws. Errors: message is allocated if there is no such law, properties are missing, or an expression is not valid.
+  !> Prepares contact and laws. Errors: message is allocated as by make_laws, or if an expression is not valid.
   subroutine prepare(self, message)
     class(inelastic_model_t), intent(inout) :: self
     character(:), allocatable, intent(out) :: message
     type(compiled_properties_t) :: compiled
     type(term_values_t) :: values
-    integer :: i
 
     call self%contact%prepare(message)
     if (allocated(message)) return
-    if (allocated(self%laws)) deallocate (self%laws)
-    allocate (self%laws(size(self%law_names)))
-    do i = 1, size(self%laws)
-      associate (law => self%laws(i))
+    call self%make_laws(self%laws, message)
+    if (allocated(message)) return
+    call self%properties%compile(compiled, message)
+    if (.not. allocated(message)) call values%create(self%strain_terms, message)
+    call values%destroy()
+  end subroutine prepare
+
+  !> Makes the laws of all materials. Errors: message is allocated if there is no such law, or properties are missing.
+  subroutine make_laws(self, laws, message)
+    class(inelastic_model_t), intent(in) :: self
+    type(flow_law_t), allocatable, intent(out) :: laws(:)
+    character(:), allocatable, intent(out) :: message
+    integer :: i
+
+    allocate (laws(size(self%law_names)))
+    do i = 1, size(laws)
+      associate (law => laws(i))
         call make_law(self%law_names(i)%text, self%curve_strains(self%curve_starts(i) + 1:self%curve_starts(i + 1)), law%law)
         if (.not. allocated(law%law)) then
           message = 'it has a material law ''' // self%law_names(i)%text // ''', which this version does not know'
@@ -216,10 +229,7 @@ contains
         law%hooke = self%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i)
       end associate
     end do
-    call self%properties%compile(compiled, message)
-    if (.not. allocated(message)) call values%create(self%strain_terms, message)
-    call values%destroy()
-  end subroutine prepare
+  end subroutine make_laws
 
   !> Makes the work arrays for one thread, at the beginning of a history.
   subroutine create_room(self, room)
@@ -295,7 +305,7 @@ contains
   pure integer function n_remembered(self) result(n)
     class(inelastic_model_t), intent(in) :: self
 
-    n = 2 * self%contact%n_remembered() + self%n_modes() + n_states(self%laws, self%chosen) + n_states(self%laws, self%all)
+    n = 2 * self%contact%n_remembered() + self%n_modes() + most_states(self%laws) * (self%chosen%n_points() + self%all%n_points())
   end function n_remembered
 
   pure integer function n_flow_points(self) result(n)
@@ -303,19 +313,6 @@ contains
 
     n = self%all%n_points()
   end function n_flow_points
-
-  !> Returns how many numbers the states of some points have.
-  pure integer function n_states(laws, points)
-    type(flow_law_t), intent(in) :: laws(:)
-    type(flow_points_t), intent(in) :: points
-    integer :: i
-
-    n_states = 0
-    do i = 1, size(laws)
-      n_states = max(n_states, laws(i)%law%n_state)
-    end do
-    n_states = n_states * points%n_points()
-  end function n_states
 
   subroutine save_memory(self, room, numbers)
     class(inelastic_model_t), intent(in) :: self

@@ -2,12 +2,12 @@
 !> Properties of materials that flow, such as a yield stress: expressions of the numbers of a state (parameters, time, tables) and
 !> of the temperature at a point, which is a sum of parts: an expression of the state times a value at the point.
 module sig_flow_properties
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t
   use sig_expression, only: expression_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_missing_parts, only: fill_missing
   use sig_text, only: append_text, string_t
   implicit none(type, external)
   private
@@ -19,7 +19,8 @@ module sig_flow_properties
   type :: flow_properties_t
     !> names of the numbers of a state
     type(string_t), allocatable :: names(:)
-    !> expressions of one material after the other, in the order of its law; those of material m are starts(m) + 1 to starts(m + 1)
+    !> expressions of one material after the other, in the order of its law, none of elastic ones; those of material m are
+    !> starts(m) + 1 to starts(m + 1)
     type(string_t), allocatable :: texts(:)
     integer, allocatable :: starts(:)
     !> expressions of the parts of the temperature
@@ -51,10 +52,10 @@ contains
   pure subroutine complete(self)
     class(flow_properties_t), intent(inout) :: self
 
-    call fill_missing(self%names)
-    call fill_missing(self%texts)
-    call fill_missing(self%starts)
-    call fill_missing(self%temperatures)
+    if (.not. allocated(self%names)) allocate (self%names(0))
+    if (.not. allocated(self%texts)) allocate (self%texts(0))
+    if (.not. allocated(self%starts)) allocate (self%starts(0))
+    if (.not. allocated(self%temperatures)) allocate (self%temperatures(0))
   end subroutine complete
 
   !> Returns the name of an array whose values do not fit; empty when all fit. Requires: complete.
@@ -122,7 +123,7 @@ contains
     end do
   end subroutine compile
 
-  !> Computes the properties at some points. A property that is not finite becomes huge, and the law has no answer there.
+  !> Computes the properties at some points. A property without a finite value becomes not a number, for which laws have no answer.
   subroutine evaluate(self, state, materials, temperatures, properties)
     class(compiled_properties_t), intent(in) :: self
     !> shape (size(names))
@@ -133,19 +134,20 @@ contains
     real(rk), intent(in) :: temperatures(:, :)
     !> shape (n_most_properties, n_points)
     real(rk), intent(inout) :: properties(:, :)
-    real(rk) :: cold(size(self%properties)), factors(size(temperatures, 2)), values(size(state) + 1)
+    real(rk) :: cold(size(self%properties)), factors(size(temperatures, 2)), no_number, values(size(state) + 1)
     integer :: i, k
     logical :: is_valid
 
+    no_number = ieee_value(no_number, ieee_quiet_nan)
     values = [state, 0.0_rk]
     do i = 1, size(factors)
       call self%temperatures(i)%evaluate(state, factors(i), is_valid)
-      if (.not. is_valid) factors(i) = huge(factors)
+      if (.not. is_valid) factors(i) = no_number
     end do
     do i = 1, size(cold)
       if (self%is_hot(i)) cycle
       call self%properties(i)%evaluate(values, cold(i), is_valid)
-      if (.not. is_valid) cold(i) = huge(cold)
+      if (.not. is_valid) cold(i) = no_number
     end do
     do i = 1, size(materials)
       values(size(values)) = dot_product(temperatures(i, :), factors)
@@ -153,7 +155,7 @@ contains
         do k = 1, self%starts(materials(i) + 1) - first
           if (self%is_hot(first + k)) then
             call self%properties(first + k)%evaluate(values, properties(k, i), is_valid)
-            if (.not. is_valid) properties(k, i) = huge(cold)
+            if (.not. is_valid) properties(k, i) = no_number
           else
             properties(k, i) = cold(first + k)
           end if

@@ -22,7 +22,6 @@ module sig_inelastic_training
   use sig_kinds, only: rk
   use sig_linear_algebra, only: add_product, multiply, transposed_product, unit_vector
   use sig_log, only: log_info
-  use sig_material_laws, only: make_law
   use sig_mesh, only: mesh_t
   use sig_cell_stiffness, only: cell_dofs
   use sig_nnls, only: nnls_t, nnls_workspace_t
@@ -109,7 +108,7 @@ contains
       PetscCall(broadcast_columns(shared, PETSC_COMM_WORLD, ierr))
       call add_strains(problem, shared, model%all, model%all%of_terms)
       PetscCall(add_contact_strains(problem, team, condensed, model%all, ierr))
-      call choose_points(problem, states, model)
+      call choose_points(states, model)
     end associate
     model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
     call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
@@ -219,43 +218,23 @@ contains
     type(problem_t), intent(in) :: problem
     type(inelastic_model_t), intent(inout) :: model
     integer, allocatable :: flowing(:)
-    integer :: i, k, m, n
+    integer :: i
 
     flowing = flowing_materials(problem)
-    n = 0
     allocate (model%law_names(size(flowing)), model%curve_starts(size(flowing) + 1), model%curve_strains(0))
     allocate (model%hooke(n_stresses, n_stresses * size(flowing)))
-    allocate (model%properties%starts(size(flowing) + 1), source=0)
     model%curve_starts = 0
-    associate (flow => problem%flow)
-      do i = 1, size(flowing)
-        m = flowing(i)
-        model%law_names(i)%text = trim(flow%laws(m)%law%name)
-        model%curve_strains = [model%curve_strains, flow%laws(m)%law%curve_strains]
-        model%curve_starts(i + 1) = size(model%curve_strains)
-        model%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i) = problem%body%stress_matrix(:, :, m)
-        n = n + size(flow%properties(m)%values)
-        model%properties%starts(i + 1) = n
-      end do
-      allocate (model%properties%texts(n), model%properties%names(size(flow%parameter_names)))
-      do i = 1, size(flow%parameter_names)
-        model%properties%names(i)%text = flow%parameter_names(i)%text
-      end do
-      n = 0
-      do i = 1, size(flowing)
-        do k = 1, size(flow%properties(flowing(i))%values)
-          n = n + 1
-          model%properties%texts(n)%text = flow%properties(flowing(i))%values(k)%text
-        end do
-      end do
-      n = 0
-      if (allocated(flow%temperature)) n = size(flow%temperature)
-      allocate (model%properties%temperatures(n))
-      do i = 1, n
-        model%properties%temperatures(i)%text = flow%temperature(i)%of_parameters
-        if (model%properties%temperatures(i)%text == '') model%properties%temperatures(i)%text = '1'
-      end do
-    end associate
+    do i = 1, size(flowing)
+      associate (law => problem%flow%laws(flowing(i))%law)
+        model%law_names(i)%text = trim(law%name)
+        model%curve_strains = [model%curve_strains, law%curve_strains]
+      end associate
+      model%curve_starts(i + 1) = size(model%curve_strains)
+      model%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i) = problem%body%stress_matrix(:, :, flowing(i))
+    end do
+    model%properties = problem%flow%properties
+    ! elastic materials have none
+    model%properties%starts = [0, problem%flow%properties%starts(flowing + 1)]
     model%strain_terms = problem%strains%terms
   end subroutine take_materials
 
@@ -303,9 +282,7 @@ contains
           end do
         end do
       end do
-      allocate (points%temperatures(n, 0))
-      if (allocated(problem%flow%temperature)) points%temperatures = &
-        reshape([(problem%flow%temperature(i)%values, i=1, size(problem%flow%temperature))], [n, size(problem%flow%temperature)])
+      points%temperatures = problem%flow%temperatures
     end associate
   end subroutine create_points
 
@@ -373,8 +350,7 @@ contains
   end subroutine add_contact_strains
 
   !> Chooses points and weights whose sums over modes and states are those of all points.
-  subroutine choose_points(problem, states, model)
-    type(problem_t), intent(in) :: problem
+  subroutine choose_points(states, model)
     type(states_t), intent(in) :: states
     type(inelastic_model_t), intent(inout) :: model
     real(rk), allocatable :: integrands(:, :), shares(:), stresses(:, :)
@@ -408,7 +384,7 @@ contains
     integer :: i, n
     logical :: is_solved
 
-    call make_laws(model, laws)
+    call model%make_laws(laws, message)
     call model%all%create_room(laws, room)
     call model%properties%compile(properties, message)
     associate (points => model%all)
@@ -429,18 +405,6 @@ contains
     allocate (stresses(size(all, 1), n), source=0.0_rk)
     call add_product(1.0_rk, all, u(:, :n), stresses)
   end subroutine find_stresses
-
-  subroutine make_laws(model, laws)
-    type(inelastic_model_t), intent(in) :: model
-    type(flow_law_t), allocatable, intent(out) :: laws(:)
-    integer :: i
-
-    allocate (laws(size(model%law_names)))
-    do i = 1, size(laws)
-      call make_law(model%law_names(i)%text, model%curve_strains(model%curve_starts(i) + 1:model%curve_starts(i + 1)), laws(i)%law)
-      laws(i)%hooke = model%hooke(:, n_stresses * (i - 1) + 1:n_stresses * i)
-    end do
-  end subroutine make_laws
 
   !> Computes what each point adds to the work of each stress on each mode.
   subroutine fill_integrands(points, stresses, integrands)
