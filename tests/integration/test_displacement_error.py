@@ -230,7 +230,8 @@ def test_error_of_derivatives_over_constants(signorom, post, tmp_path, case, dis
     told, true = [], []
     with post.Model(deck.parent / "results" / "blocks" / "model.h5") as model:
         assert "interpolated" in model.describe()
-        assert ("modes" in model.describe()) == (displacement == "modes")
+        # with several constants in a body only the error of modes is known
+        assert ("modes" in model.describe()) == (displacement == "modes" or case == "both")
         names = [parameter.name for parameter in model.parameters]
         low, high = np.transpose([[p.minimum, p.maximum] for p in model.parameters])
         places = np.random.default_rng(3).uniform(0.05, 0.95, (3, len(names)))
@@ -249,10 +250,6 @@ def test_error_of_derivatives_over_constants(signorom, post, tmp_path, case, dis
                 ]
             )
     told, true = np.array(told), np.array(true)
-    if case == "both" and displacement == "exact":
-        # several constants in a body: nothing bounds what interpolation does
-        assert (told == -1).all()
-        return
     assert true.max() > 10 * OF_DIFFERENCES
     assert np.all(true <= told + OF_DIFFERENCES)
     # the size of a derivative over an interpolated constant is a lower bound, too

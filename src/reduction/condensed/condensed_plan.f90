@@ -211,17 +211,23 @@ contains
   !> Returns at which dofs a condensed model answers displacements exactly, and whether modes answer them at the others. This
   !> follows from reduction.displacement. With its type auto all dofs are exact where keeps_all_dofs; otherwise none is exact, and
   !> there are modes or compressed responses.
-  function plan_displacements(problem, n_nodes) result(plan)
+  function plan_displacements(problem, n_nodes, has_error) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
     real(rk), intent(in), optional :: n_nodes
+    !> whether the error of interpolated displacements would be known; default: yes. That of modes is, so that they are taken where
+    !> it is not, unless the deck wants no error (reduction.displacement_tolerance: 0)
+    logical, intent(in), optional :: has_error
     type(displacement_plan_t) :: plan
-    logical :: is_exact(problem%mesh%n_nodes)
+    logical :: is_exact(problem%mesh%n_nodes), keeps_all
     integer :: i, n_dim
 
+    keeps_all = keeps_all_dofs(problem, n_nodes)
+    if (present(has_error)) keeps_all = keeps_all .and. &
+      (has_error .or. .not. problem%deck%reduction%displacement_tolerance > 0)
     associate (deck => problem%deck%reduction%displacement)
-      is_exact = deck%type == 'auto' .and. keeps_all_dofs(problem, n_nodes)
-      plan%has_modes = deck%type == 'auto' .and. .not. keeps_all_dofs(problem, n_nodes)
+      is_exact = deck%type == 'auto' .and. keeps_all
+      plan%has_modes = deck%type == 'auto' .and. .not. keeps_all
       allocate (plan%boundaries(size(deck%boundaries)))
       do i = 1, size(deck%boundaries)
         plan%boundaries(i)%text = deck%boundaries(i)%text

@@ -17,7 +17,7 @@ module sig_interpolated_training
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
-  use sig_interpolation_residuals, only: measure_residuals
+  use sig_interpolation_residuals, only: may_have_bounds, measure_residuals
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_parameter_space, only: format_point
@@ -74,7 +74,7 @@ contains
       allocate (model)
       allocate (body_compliance_t :: model%compliance)
       bodies => bodies_of(model)
-      plan = plan_displacements(problem, usual_nodes_of(constants))
+      plan = plan_displacements(problem, usual_nodes_of(constants), .not. may_have_modes .or. may_have_bounds(constants))
       PetscCall(interpolate_responses(problem, team, snapshots, plan, most_nodes, joined, model, error, ierr))
       if (allocated(error)) return
       PetscCall(measure_residuals(problem, team, joined, bodies, error, ierr))

@@ -25,7 +25,7 @@ module sig_interpolation_residuals
   use petsc
   implicit none(type, external)
   private
-  public :: measure_residuals
+  public :: may_have_bounds, measure_residuals
 
   !> number of places from which widest_place chooses
   integer, parameter :: n_places = 101
@@ -66,6 +66,14 @@ contains
     end do
     PetscCall(fill_bounds(problem, team, joined%constants, places, missing, columns, anchors, data, ierr))
   end subroutine measure_residuals
+
+  !> Whether each body is exact, or measure_residuals sets its bound.
+  pure logical function may_have_bounds(constants)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer :: i
+
+    may_have_bounds = all([(size(constants(i)%numerators) == 0 .or. has_identity(constants(i)), i=1, size(constants))])
+  end function may_have_bounds
 
   !> Whether the body has exactly one variable elastic constant, its stiffness is a factor times an affine function of it, and the
   !> responses are interpolated over the constant itself, not over its logarithm. False for Poisson's ratio of a body with several
