@@ -88,6 +88,27 @@ def test_links_lead_somewhere():
                 assert (page.parent / link).exists(), f"{page.relative_to(ROOT)}: {link}"
 
 
+def test_recipes_name_what_is_there():
+    """Those of CONTRIBUTING: paths from the root or from src, or names of files somewhere there."""
+    names = {path.name for folder in ("src", "tests") for path in (ROOT / folder).rglob("*.*")}
+    recipes = (ROOT / "CONTRIBUTING.md").read_text().split("## Recipes")[1]
+    named = re.findall(r"`(\w+(?:/[\w.]+)+|\w+\.(?:[fF]90|pf|py|txt|yaml))`", recipes)
+    for name in named:
+        is_there = (ROOT / name).exists() or (ROOT / "src" / name).exists()
+        assert is_there or name in names, f"CONTRIBUTING.md names {name}, which is not there"
+    assert len(named) > 50
+
+
+def test_each_benchmark_runs_as_a_test():
+    """Each script that can be called has a test at its smallest size."""
+    folder = ROOT / "tests" / "benchmark"
+    scripts = {path.stem for path in folder.glob("*.py") if "__main__" in path.read_text()} - {"run_small"}
+    tested = set(
+        re.findall(r"(?m)^ *sig_add_benchmark_script\((\w+) ", (folder / "CMakeLists.txt").read_text())
+    )
+    assert scripts == tested
+
+
 def test_front_page_is_short():
     """What does not fit belongs to the page that it is about."""
     lines = (ROOT / "README.md").read_text().splitlines()
