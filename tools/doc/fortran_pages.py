@@ -7,6 +7,7 @@
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 from zlib import crc32
 
 import fortran_reader
@@ -286,6 +287,24 @@ def read_library(app: Sphinx) -> None:
     app.fortran_library = Library(Path(app.config.fortran_root))
 
 
+def share_navigation(
+    app: Sphinx, page: str, _template: str, context: dict[str, Any], _doctree: nodes.document | None
+) -> None:
+    """Gives all orphans of a folder one sidebar: no entry of it is theirs, and it takes longer than the rest of them."""
+    if "orphan" not in app.env.metadata.get(page, {}):
+        return
+    make_tree = context["toctree"]
+    folder = page.rpartition("/")[0]
+
+    def toctree(**options: bool | int) -> str:
+        key = (folder, *sorted(options.items()))
+        if key not in app.navigation_trees:
+            app.navigation_trees[key] = make_tree(**options)
+        return app.navigation_trees[key]
+
+    context["toctree"] = toctree
+
+
 def setup(app: Sphinx) -> dict[str, int]:
     """Registers the directives and the procedures above; Sphinx calls it."""
     app.add_config_value("fortran_root", "", "env", str)
@@ -293,6 +312,8 @@ def setup(app: Sphinx) -> dict[str, int]:
     app.add_directive("fortran-layer", FortranLayer)
     app.connect("builder-inited", read_library)
     app.connect("doctree-read", link_files)
+    app.navigation_trees = {}
+    app.connect("html-page-context", share_navigation, priority=400)  # before the theme asks for the sidebar
     # pages of an earlier run that other code made are made again
     code = b"".join(Path(file).read_bytes() for file in (__file__, fortran_reader.__file__))
     return {"env_version": crc32(code), "parallel_read_safe": True, "parallel_write_safe": True}
