@@ -1,14 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> A random forest that scikit-learn trained (signorom-post forest): it gives the cluster of a point. forest.c walks the trees.
 module sig_forest
-  use, intrinsic :: iso_c_binding, only: c_loc
+  use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_ptr
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
   use sig_hdf5_format, only: check_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
-  use sig_online_c_interfaces, only: forest_arrays_t, sig_forest_check, sig_forest_votes
   use sig_text, only: join, string_t, to_text
   implicit none(type, external)
   private
@@ -41,6 +40,35 @@ module sig_forest
     procedure, private :: arrays
     procedure, private :: features
   end type forest_t
+
+  !> The structure sig_forest of forest.h; its pointers refer to arrays of a forest_t.
+  type, bind(c) :: forest_arrays_t
+    integer(c_int) :: n_features
+    integer(c_int) :: n_classes
+    integer(c_int) :: n_trees
+    type(c_ptr) :: tree_starts
+    type(c_ptr) :: feature
+    type(c_ptr) :: threshold
+    type(c_ptr) :: left
+    type(c_ptr) :: right
+    type(c_ptr) :: values
+  end type forest_arrays_t
+
+  interface
+    integer(c_int) function sig_forest_check(forest) bind(c)
+      import :: c_int, forest_arrays_t
+      implicit none(type, external)
+      type(forest_arrays_t), intent(in) :: forest
+    end function sig_forest_check
+
+    subroutine sig_forest_votes(forest, point, votes) bind(c)
+      import :: c_double, forest_arrays_t
+      implicit none(type, external)
+      type(forest_arrays_t), intent(in) :: forest
+      real(c_double), intent(in) :: point(*)
+      real(c_double), intent(out) :: votes(*)
+    end subroutine sig_forest_votes
+  end interface
 
 contains
 

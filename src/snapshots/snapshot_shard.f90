@@ -2,11 +2,10 @@
 !> Shards: files to which each group of ranks appends its snapshots, so that a kill loses none. They are merged into the store at
 !> the end of the sampling.
 module sig_snapshot_shard
-  use, intrinsic :: iso_c_binding, only: c_associated, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
+  use, intrinsic :: iso_c_binding, only: c_associated, c_char, c_double, c_int, c_int64_t, c_null_ptr, c_ptr, c_size_t
   use sig_errors, only: error_t, make_error
   use sig_system, only: system_reason
   use sig_kinds, only: rk
-  use sig_snapshots_c_interfaces, only: sig_shard_append, sig_shard_close, sig_shard_open, sig_shard_read
   implicit none(type, external)
   private
   public :: snapshot_record_t, shard_writer_t, read_shard, append_records, move_record
@@ -49,6 +48,39 @@ module sig_snapshot_shard
     procedure :: append
     procedure :: close => close_writer
   end type shard_writer_t
+
+  interface
+    integer(c_int) function sig_shard_open(path, length, provenance, sizes, is_writing, shard, n_records, n_dropped) bind(c)
+      import :: c_char, c_int, c_int64_t, c_ptr, c_size_t
+      character(kind=c_char), intent(in) :: path(*)
+      integer(c_size_t), value :: length
+      character(kind=c_char), intent(in) :: provenance(*)
+      integer(c_int64_t), intent(in) :: sizes(*)
+      integer(c_int), value :: is_writing
+      type(c_ptr), intent(out) :: shard
+      integer(c_int64_t), intent(out) :: n_records
+      integer(c_int64_t), intent(out) :: n_dropped
+    end function sig_shard_open
+
+    integer(c_int) function sig_shard_read(shard, i_record, values) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: shard
+      integer(c_int64_t), value :: i_record
+      real(c_double), intent(out) :: values(*)
+    end function sig_shard_read
+
+    integer(c_int) function sig_shard_append(shard, n_records, values) bind(c)
+      import :: c_double, c_int, c_int64_t, c_ptr
+      type(c_ptr), value :: shard
+      integer(c_int64_t), value :: n_records
+      real(c_double), intent(inout) :: values(*)
+    end function sig_shard_append
+
+    integer(c_int) function sig_shard_close(shard) bind(c)
+      import :: c_int, c_ptr
+      type(c_ptr), value :: shard
+    end function sig_shard_close
+  end interface
 
 contains
 
