@@ -336,11 +336,11 @@ def test_stopped_run_goes_on(fake: Path, tmp_path: Path, number: signal.Signals)
     command += ["--output", str(tmp_path / "out")]
     environment = os.environ | {"SLOW": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + 120
     while len(calls(fake)) < 2 and time.monotonic() < deadline:
         time.sleep(0.02)
     process.send_signal(number)
-    _, said = process.communicate(timeout=30)
+    _, said = process.communicate(timeout=120)
     assert process.returncode == 130
     assert said.endswith("stopped; run the same command again\n")
     assert main(command[3:]) == 0
