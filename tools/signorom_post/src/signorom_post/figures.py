@@ -15,6 +15,7 @@ from signorom_post.log import Log
 from signorom_post.plots.clusters import clusters
 from signorom_post.plots.enrichment import enrichment
 from signorom_post.plots.errors import errors
+from signorom_post.plots.errors_over_time import errors_over_time
 from signorom_post.plots.histories import histories
 from signorom_post.plots.hysteresis import hysteresis
 from signorom_post.plots.initial_and_deformed import initial_and_deformed
@@ -194,6 +195,21 @@ def _errors(results: Results, _options: FigureOptions) -> Iterator[tuple[str, Fi
     yield "", errors(results.validation, results.model_if_present)
 
 
+def _errors_over_time(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
+    try:
+        validation = results.validation
+    except MissingFileError:
+        if options.only is not None:
+            raise
+        return
+    if validation.estimates is not None and "time" in validation.parameter_names:
+        yield "", errors_over_time(validation, _units(_deck(results))["time"])
+    elif options.only is not None:
+        raise NotDrawableError(
+            f"{validation.path}: there is no history whose answers have an estimate of their error"
+        )
+
+
 def _clusters(results: Results, options: FigureOptions) -> Iterator[tuple[str, Figure]]:
     if len(results.model.clusters) > 1:
         yield "", clusters(results.validation, results.model)
@@ -325,6 +341,7 @@ BUILDERS: dict[str, Callable[[Results, FigureOptions], Iterator[tuple[str, Figur
     "hysteresis": _hysteresis,
     "stick_slip": _stick_slip,
     "errors": _errors,
+    "errors_over_time": _errors_over_time,
     "clusters": _clusters,
     "singular_values": _singular_values,
     "enrichment": _enrichment,

@@ -67,6 +67,7 @@ CAPTIONS = {
     "histories": "Tables, contact forces and areas over the time; with friction, slip and its work",
     "hysteresis": "Friction over the history",
     "stick_slip": "Where contacts stick and slip over the time",
+    "errors_over_time": "Errors of the contact forces over the time, beside what the answers estimate",
     "errors": "Errors over the parameters",
     "clusters": "Which local model answers where",
     "singular_values": "Singular values of the snapshots",

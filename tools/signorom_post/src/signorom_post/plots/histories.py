@@ -3,12 +3,13 @@
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from signorom_post.arrays import FloatArray, with_unit
 from signorom_post.readers.histories import PointHistory
-from signorom_post.style import add_grid, cluster_colors, new_figure
+from signorom_post.style import add_grid, cluster_colors, finish_log_axis, new_figure
 
 #: most points in one figure, each with its own style of line
 LINES = ("-", "--", ":", "-.")
@@ -25,9 +26,10 @@ def histories(shown: Sequence[PointHistory], names: Sequence[str], units: dict[s
     """Returns panels over the time: one for each table, then one for the resultant force of each contact.
 
     Behind them all contacts share a panel of the areas that touch, and those with friction a panel of the share of this
-    area that slips and one of the work of friction since the beginning. At most the first four points are shown, each
-    with its own style of line. Colors are the components of forces (friction is in them), else the contacts of the
-    deck. `names`: the contacts; `units`: of time, force, area and work, empty where they are not known.
+    area that slips and one of the work of friction since the beginning. Where answers have an estimate of their error,
+    forces have a band of this share of their size, and the last panel has the estimate. At most the first four points
+    are shown, each with its own style of line. Colors are the components of forces (friction is in them), else the
+    contacts of the deck. `names`: the contacts; `units`: of time, force, area and work, empty where they are not known.
     """
     points = shown[: len(LINES)]
     panels = _panels(points[0], names, units)
@@ -40,6 +42,13 @@ def histories(shown: Sequence[PointHistory], names: Sequence[str], units: dict[s
     for (label, curves), axes in zip(panels, places, strict=False):
         _draw(axes, points, curves)
         axes.set_ylabel(label)
+    for k in range(len(names)):
+        _draw_bands(places[len(points[0].tables) + k], points, k)
+    if points[0].estimates is not None:
+        axes = places[len(panels) - 1]
+        axes.set_yscale("log")
+        estimates = np.concatenate([_estimates(point) for point in points])
+        finish_log_axis(axes.yaxis, estimates[np.isfinite(estimates)])
     for axes in places[len(panels) :]:
         axes.set_axis_off()
     for column in grid.T:
@@ -78,7 +87,27 @@ def _panels(first: PointHistory, names: Sequence[str], units: dict[str, str]) ->
         works = {names[k]: lambda p, k=k: p.works[k] for k in first.works}  # type: ignore[misc]
         panels.append(("share of the area\nthat slips", shares))
         panels.append((with_unit("work of friction", units.get("work", "")), works))
+    if first.estimates is not None:
+        panels.append(("estimate of the\nerror of forces", {"": _estimates}))
     return panels
+
+
+def _estimates(point: PointHistory) -> FloatArray:
+    """Returns the estimates that a logarithmic axis can show, nan at the other times."""
+    assert point.estimates is not None
+    return np.where(point.estimates > 0, point.estimates, np.nan)
+
+
+def _draw_bands(axes: Axes, points: Sequence[PointHistory], contact: int) -> None:
+    """Draws, around each component of a contact's force, its size times the estimate of the error."""
+    colors = cluster_colors(len(points[0].axes))
+    for point in points:
+        if point.estimates is None:
+            continue
+        forces = point.forces[:, :, contact]
+        half = point.estimates * np.linalg.norm(forces, axis=1)
+        for force, color in zip(forces.T, colors, strict=True):
+            axes.fill_between(point.times, force - half, force + half, color=color, alpha=0.25, linewidth=0)
 
 
 def _draw(

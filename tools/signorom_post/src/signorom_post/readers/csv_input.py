@@ -52,17 +52,24 @@ class CsvInput:
                 raise InputError(self.path, f"line {i_line} {sentence}")
         return [row[i_column].strip() for _, row in self._rows]
 
+    def numbers_or_none(self, name: str) -> FloatArray:
+        """As `numbers`, with nan also where the program says `none`: there is no bound or no estimate."""
+        return self._converted(name, {"": "nan", "none": "nan"})
+
     def numbers(self, name: str) -> FloatArray:
         """Returns a column as numbers, nan where a cell is empty; shape (n_rows).
 
         `name` must be in the header. InputError if a text is not a number, or if a row has another number of values
         than the header.
         """
+        return self._converted(name, {"": "nan"})
+
+    def _converted(self, name: str, words: dict[str, str]) -> FloatArray:
         texts = self.texts(name)
         values = np.empty(len(texts))
         for i_row, text in enumerate(texts):
             try:
-                values[i_row] = float(text or "nan")
+                values[i_row] = float(words.get(text, text))
             except ValueError as error:
                 sentence = f"line {self._rows[i_row][0]}, column '{name}': '{text}' is not a number"
                 raise InputError(self.path, sentence) from error

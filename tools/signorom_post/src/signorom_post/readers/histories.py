@@ -32,6 +32,8 @@ class PointHistory:
     #: beginning, shape (n_times)
     slip_shares: dict[int, FloatArray]
     works: dict[int, FloatArray]
+    #: [-] estimate of the error of the contact forces, relative to their size, shape (n_times); None: the table has none
+    estimates: FloatArray | None = None
 
 
 @dataclass(frozen=True)
@@ -112,8 +114,8 @@ def _spans(times: FloatArray) -> list[tuple[int, int]]:
 def read_histories(path: Path) -> list[PointHistory]:
     """Returns the histories of history.csv, one for each point of the parameters, in the order of the file.
 
-    The columns before `time` are the deck's parameters, those between `time` and `status` the tables. InputError if the
-    file is missing or cannot be used.
+    The columns before `time` are the deck's parameters, those between `time` and `status` the tables, and in a table of
+    `predict` the cluster. InputError if the file is missing or cannot be used.
     """
     file = CsvInput(path, ("time", "status"))
     i_time, i_status = file.header.index("time"), file.header.index("status")
@@ -122,7 +124,8 @@ def read_histories(path: Path) -> list[PointHistory]:
     n_contacts = sum(re.fullmatch(r"contact_\d+_area", name) is not None for name in file.header)
     parameters = {name: file.numbers(name) for name in file.header[:i_time]}
     times = file.numbers("time")
-    tables = {name: file.numbers(name) for name in file.header[i_time + 1 : i_status]}
+    between = [name for name in file.header[i_time + 1 : i_status] if name != "cluster"]
+    tables = {name: file.numbers(name) for name in between}
     axes = tuple(
         match.group(1) for name in file.header if (match := re.fullmatch(r"contact_1_force_(\w)", name))
     )
@@ -135,6 +138,8 @@ def read_histories(path: Path) -> list[PointHistory]:
     rubbing = [k for k in range(n_contacts) if f"contact_{k + 1}_dissipation" in file.header]
     shares = {k: file.numbers(f"contact_{k + 1}_slip_share") for k in rubbing}
     works = {k: file.numbers(f"contact_{k + 1}_dissipation") for k in rubbing}
+    has_estimates = "error_estimate" in file.header
+    estimates = file.numbers_or_none("error_estimate") if has_estimates else None
     return [
         PointHistory(
             point={name: float(values[first]) for name, values in parameters.items()},
@@ -145,6 +150,7 @@ def read_histories(path: Path) -> list[PointHistory]:
             axes=axes,
             slip_shares={k: values[first:last] for k, values in shares.items()},
             works={k: np.cumsum(values[first:last]) for k, values in works.items()},
+            estimates=None if estimates is None else estimates[first:last],
         )
         for first, last in _spans(times)
     ]

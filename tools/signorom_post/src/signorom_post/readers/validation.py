@@ -37,6 +37,8 @@ class Validation:
     solvers: list[str]
     #: whether the full-order model has a solution at each point, shape (n_points)
     has_solution: BoolArray
+    #: [-] error_estimate of each answer, nan without one, shape (n_points); None: the model gives none
+    estimates: FloatArray | None = None
 
     def counted_errors(self, name: str) -> FloatArray:
         """Returns the errors `name` as the verdict of the command `validate` counts them.
@@ -73,4 +75,5 @@ def read_validation(path: Path) -> Validation:
         columns={name: file.numbers(name) for name in NUMERIC_COLUMNS},
         solvers=solvers,
         has_solution=np.array([status == "converged" for status in statuses]),
+        estimates=file.numbers_or_none("error_estimate") if "error_estimate" in file.header else None,
     )
