@@ -81,7 +81,22 @@ def read_calls(lines):
                 calls[caller].add((line, callee))
                 callee_file = None
                 is_call = False
-    return calls
+    return with_files(calls)
+
+
+def with_files(calls):
+    """The same calls, where procedures of ours have their files also behind lines of which Valgrind knows none (???)."""
+    procedures = set(calls) | {callee for found in calls.values() for _, callee in found}
+    files = {name: file for file, name in procedures if file != "???" and name.startswith(("sig_", "__sig_"))}
+
+    def located(procedure):
+        file, name = procedure
+        return (files.get(name, file) if file == "???" else file, name)
+
+    found = defaultdict(set)
+    for caller, callees in calls.items():
+        found[located(caller)] |= {(line, located(callee)) for line, callee in callees}
+    return found
 
 
 def inside_source(calls):

@@ -5,7 +5,8 @@ import importlib.util
 
 from program import ROOT
 
-# main calls read_deck (line 10) and solve (line 12); solve calls qsort of the system, and that calls compare of ours
+# main calls read_deck (line 10) and, behind a line without a file, solve (line 12); solve calls qsort of the system,
+# and that calls compare of ours
 TRACE = """\
 version: 1
 positions: line
@@ -18,19 +19,19 @@ cfi=(2) /build/place/src/deck/deck_read.f90
 cfn=(2) read_deck
 calls=1 20
 +2 7
-cfi=(3) /build/place/src/full_order/full_order.F90
-cfn=(3) solve
+fi=(4) ???
+cfn=(3) __sig_full_order_MOD_solve
 calls=4 30
-+2 9
+12 9
 
 fl=(2)
 fn=(2)
 20 5
 
-fl=(3)
+fl=(3) /build/place/src/full_order/full_order.F90
 fn=(3)
 30 2
-cfi=(4) ???
+cfi=(4)
 cfn=(4) qsort
 calls=1 0
 +1 2
@@ -59,7 +60,7 @@ def test_a_trace_is_walked_in_the_order_of_the_source():
     main = ("main.F90", "main")
     read, solve, compare = (
         ("deck/deck_read.f90", "read_deck"),
-        ("full_order/full_order.F90", "solve"),
+        ("full_order/full_order.F90", "__sig_full_order_MOD_solve"),
         ("base/ties.f90", "compare"),
     )
     assert {caller: found for caller, found in calls.items() if found} == {
