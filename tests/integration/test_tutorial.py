@@ -61,9 +61,9 @@ def said(signorom, library, tmp_path_factory):
 
 
 def test_every_command_succeeds(said):
-    """In the plane, in space and with friction."""
+    """In the plane, in space, with friction, and where materials flow."""
     outputs, folder = said
-    assert len(outputs) >= 32
+    assert len(outputs) >= 45
     for name in ("clip", "jaw"):
         assert (folder / "results" / name / "model.h5").exists()
         assert (folder / "results" / name / "figures" / "check_bodies.png").exists()
@@ -131,3 +131,40 @@ def test_cycles_of_the_tutorial(said):
     first, second = (table["contact_1_force_x"][np.isclose(table["time"], time)] for time in (6, 10))
     assert second == pytest.approx(first, rel=1e-6)
     assert (folder / "results" / "shear" / "figures" / "hysteresis.png").exists()
+
+
+def test_cycles_of_power_of_the_tutorial(said):
+    """Numbers and pictures that it names: the fuel rod."""
+    outputs, folder = said
+    assert (
+        "inelastic strains: 27 modes, 44 of 144 integration points"
+        in outputs["signorom run $CLONE/input/pcmi.yaml"]
+    )
+    results = folder / "results" / "pcmi"
+    for name in ("histories.png", "errors_over_time.png", "animation.gif"):
+        assert (results / "figures" / name).exists()
+    table = read_table(results / "history.csv")
+    force = {
+        time: abs(table["contact_1_force_r"][np.isclose(table["time"], time)][0]) for time in (12, 60, 66, 72)
+    }
+    assert [f"{value:.0f}" for value in force.values()] == ["7563", "4771", "0", "4809"]
+    assert force[12] == -table["contact_1_force_r"].min()
+    slow = read_table(folder / "results" / "slow" / "history.csv")
+    assert f"{-slow['contact_1_force_r'].min():.0f}" == "6893"
+    assert (folder / "results" / "slow" / "figures" / "histories.png").exists()
+
+
+def test_bolt_of_the_tutorial(said):
+    """Numbers and pictures that it names: the bolt that creeps, and is tightened again."""
+    _, folder = said
+    results = folder / "results" / "clamp_creep"
+    for name in ("hysteresis.png", "check_bodies.png"):
+        assert (results / "figures" / name).exists()
+    table = read_table(results / "history.csv")
+    at = table["contact_2_force_z"][np.isclose(table["time"], 1000)]
+    assert [f"{value:.0f}" for value in (table["contact_2_force_z"][0], *at)] == ["4911", "2941", "2336"]
+    again = read_table(folder / "results" / "again" / "history.csv")
+    at = [again["contact_2_force_z"][np.isclose(again["time"], time)][0] for time in (500, 502, 1000)]
+    assert [f"{value:.0f}" for value in at] == ["3063", "4512", "3059"]
+    assert f"{again['error_estimate'][-1]:.4f}" == "0.0019"
+    assert (folder / "results" / "again" / "figures" / "histories.png").exists()
