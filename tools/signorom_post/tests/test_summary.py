@@ -137,3 +137,11 @@ def test_each_contact_has_a_table() -> None:
 def test_values_of_other_types() -> None:
     text = format_summary({"sizes": {"is_tied": True, "ranks": [1, 2], "inert": None}})
     assert text.splitlines()[1:] == ["  is tied  yes", "  ranks    1; 2", "  inert    -"]
+
+
+def test_errors_that_are_nowhere_defined_have_no_row() -> None:
+    """The error of the energy where materials flow; one that is defined at some point keeps its row."""
+    undefined = dict.fromkeys(("min", "median", "p95", "max"), float("nan"))
+    told = format_summary({"errors": {"n_points": 2, "e_energy": undefined, "e_u": undefined | {"max": 0.1}}})
+    assert "e_energy" not in told
+    assert "e_u" in told

@@ -20,7 +20,7 @@ from signorom_post.figures import FigureOptions, follow_figures
 from signorom_post.log import Log
 from signorom_post.readers.check import read_check
 from signorom_post.results import Results
-from signorom_post.summary import STATISTICS, duration, entries, error_text, mapping, value_text
+from signorom_post.summary import STATISTICS, duration, entries, error_text, is_undefined, mapping, value_text
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1c1c1c; --paper: #ffffff; --line: #d8d8d8; --soft: #f4f4f4; }
@@ -177,7 +177,7 @@ def _errors(report: dict[str, Any]) -> Iterator[str]:
     for key, meaning in ERRORS.items():
         statistics = mapping(section.get(key))
         worst += statistics.get("largest_at") or []
-        if statistics and (_has_domain(report) or "_rid" not in key):
+        if statistics and not is_undefined(statistics) and (_has_domain(report) or "_rid" not in key):
             rows.append([f"{meaning} ({key})", *(error_text(statistics.get(name)) for name in STATISTICS)])
     if rows:
         yield f"<h2>Errors at {value_text(section.get('n_points'))} points</h2>"

@@ -160,13 +160,22 @@ def mapping(value: Any) -> dict[Any, Any]:
     return value if isinstance(value, dict) else {}
 
 
+def is_undefined(statistics: dict[str, Any]) -> bool:
+    """Returns whether an error is not defined at any point, such as that of the energy where materials flow."""
+    values = [statistics.get(key) for key in STATISTICS]
+    return all(isinstance(value, float) and math.isnan(value) for value in values)
+
+
 def _error_table(heading: str, section: dict[str, Any]) -> str:
-    """Returns a table with one row per error, and below it what else the report says about an error, but for 0."""
+    """Returns a table with one row per error, and below it what else the report says about an error, but for 0.
+
+    An error that is not defined at any point has no row.
+    """
     rows, remarks = [], []
     for name, statistics in section.items():
         if statistics is None:
             statistics = {}
-        if not isinstance(statistics, dict):
+        if not isinstance(statistics, dict) or is_undefined(statistics):
             continue
         rows.append([str(name), *(error_text(statistics.get(key)) for key in STATISTICS)])
         for key, value in statistics.items():
