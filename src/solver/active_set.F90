@@ -2,7 +2,7 @@
 #include "signorom/macros.h"
 !> Primal-dual active set on the bound form: closed pairs are prescribed unknowns, each step solves one linear system.
 module sig_active_set
-  use sig_bound_form, only: bound_form_t
+  use sig_bound_form, only: bound_form_t, renew_matrix
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
@@ -35,6 +35,8 @@ module sig_active_set
     real(rk), allocatable :: displacement(:)
     !> accuracy level of the current point: index into tolerance_levels
     integer :: level = 1
+    !> whether the factor is one of a stiffness before renew
+    logical, private :: is_outdated = .false.
     !> number of pairs that the last step changed
     integer :: n_changed = 0
     !> pairs that are closed in the first step of a point, shape (n_rows); not allocated, or where they do not hold all bodies: all
@@ -42,6 +44,7 @@ module sig_active_set
     logical, allocatable :: start(:)
   contains
     procedure :: create
+    procedure :: renew
     procedure :: solve
     procedure :: destroy
   end type active_set_t
@@ -106,13 +109,32 @@ contains
     end if
   end subroutine create
 
+  !> Takes the new values of the stiffness. MUMPS keeps its ordering, conjugate gradients start from the last displacement.
+  !> Collective.
+  subroutine renew(self, system, ierr)
+    class(active_set_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: start(:)
+
+    if (self%is_multigrid) then
+      start = self%displacement
+      PetscCall(self%destroy(ierr))
+      PetscCall(self%create(system, ierr))
+      self%displacement = start
+      return
+    end if
+    PetscCall(renew_matrix(self%stiffness, ierr))
+    self%is_outdated = .true.
+  end subroutine renew
+
   !> Makes the matrices for factorizations. Collective.
   subroutine create_matrices(self, system, ierr)
     type(active_set_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(self%form%create_matrix(system, self%stiffness, ierr))
+    PetscCall(self%form%create_matrix(system, self%stiffness, ierr, allocated(self%changing_dofs)))
     PetscCall(MatDuplicate(self%stiffness, MAT_DO_NOT_COPY_VALUES, self%matrix, ierr))
   end subroutine create_matrices
 
@@ -258,7 +280,7 @@ contains
 
     if (self%linear_solver%ksp /= 0) then
       PetscCall(self%linear_solver%solves_per_factorization(n_solves, ierr))
-      if (n_solves >= usual_iterations) then
+      if (n_solves >= usual_iterations .and. .not. self%is_outdated) then
         PetscCall(self%linear_solver%keep_factor(n_solves, ierr))
         PetscCall(improve_in_levels(self, system, factor_noise_levels, state, step, ierr))
         if (self%linear_solver%reason == reason_converged) return
@@ -267,6 +289,7 @@ contains
     else
       PetscCall(self%linear_solver%factor(self%matrix, 'active_set_', ierr))
     end if
+    self%is_outdated = .false.
     if (self%linear_solver%reason == reason_converged) then
       PetscCall(improve(self, system, 0.0_rk, rounding, state, step, ierr))
     else

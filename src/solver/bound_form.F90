@@ -20,7 +20,7 @@ module sig_bound_form
   use petsc
   implicit none(type, external)
   private
-  public :: bound_form_t
+  public :: bound_form_t, renew_matrix
 
   !> The transformation T for the contact rows of one system. Call create, then the other procedures. Some of them take only some
   !> rows into their change of unknowns; the unknowns at the others are displacements.
@@ -92,20 +92,37 @@ contains
   end subroutine create_transformation
 
   !> Makes T' K T with all rows in T, on all dofs. The caller destroys it. Collective.
-  subroutine create_matrix(self, system, matrix, ierr)
+  subroutine create_matrix(self, system, matrix, ierr, is_renewed)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
+    !> whether renew_matrix will be called; default: no
+    logical, intent(in), optional :: is_renewed
+    logical :: is_kept
     Mat :: transformation
 
     PetscCall(self%create_transformation(system, spread(.true., 1, system%rows%n_rows), .false., transformation, ierr))
     PetscCall(MatPtAP(system%stiffness, transformation, MAT_INITIAL_MATRIX, 2.0_rk, matrix, ierr))
-    ! what a second product would use is as large as K
-    PetscCall(MatProductClear(matrix, ierr))
+    ! what a second product uses, T too, is larger than K
+    is_kept = .false.
+    if (present(is_renewed)) is_kept = is_renewed
+    if (.not. is_kept) then
+      PetscCall(MatProductClear(matrix, ierr))
+    end if
     PetscCall(MatDestroy(transformation, ierr))
     PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
   end subroutine create_matrix
+
+  !> Computes T' K T again after new values in K, whose pattern stays. Collective.
+  subroutine renew_matrix(matrix, ierr)
+    !> of create_matrix with is_renewed
+    Mat, intent(inout) :: matrix
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(MatProductNumeric(matrix, ierr))
+    PetscCall(MatSetOption(matrix, MAT_SYMMETRIC, PETSC_TRUE, ierr))
+  end subroutine renew_matrix
 
   !> Sets levels, order, norms, bounded dofs, v and s of all rows. A row without coefficients on free dofs of its own gets the norm
   !> 0 and no bounded dof.

@@ -5,6 +5,9 @@
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
 !> 0 <= lambda, W lambda + (D - B G) theta >= 0, complementary; u = G theta - H lambda.
 !>
+!> Where the stiffness of some bodies changes again and again (renew), W is a sum over the others, made once, and over them: bodies
+!> are coupled by contact alone.
+!>
 !> H has a column of n_dofs numbers for each row of B. Where it would take too much memory, W is made of a few columns at a time,
 !> and H lambda is one more solve with the factor, which stays in memory.
 !>
@@ -18,6 +21,7 @@ module sig_condensed
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
+  use sig_divided_solver, only: both_parts, changing_part, divided_solver_t, staying_part
   use sig_free_response, only: factor_without_contact, solve_free_response, solve_lifting
   use sig_friction_histories, only: solve_history
   use sig_friction_steps, only: friction_steps_t
@@ -26,7 +30,6 @@ module sig_condensed
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_lcp_rounding, only: drop_rounding, lcp_sizes_t
   use sig_linear_algebra, only: add_product, transposed_product
-  use sig_linear_solver, only: linear_solver_t
   use sig_memory, only: machine_memory
   use sig_petsc_support, only: max_over_ranks, multiply_block, precondition_failed, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
@@ -70,12 +73,15 @@ module sig_condensed
     !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
     !> displacement for its scaled opening
     real(rk), allocatable, private :: contact_response(:, :)
+    !> [length/force] W of the bodies whose stiffness stays, before the anchors are closed; not allocated without changing_dofs
+    real(rk), allocatable, private :: staying_compliance(:, :)
     !> K, factored
-    type(linear_solver_t), private :: linear_solver
+    type(divided_solver_t), private :: linear_solver
     !> of contacts with friction or ties
     type(friction_steps_t), private :: steps
   contains
     procedure :: create
+    procedure :: renew
     procedure :: respond
     procedure :: respond_to_rows
     procedure :: solve
@@ -94,34 +100,71 @@ contains
 
   !> Computes the components: the lifting, and G, W and D - B G of the condensed problem. This takes one factorization,
   !> n_driving_terms + n_rows solves, and at most n_lifted_terms more for the lifting. The factor stays until destroy. If the
-  !> contacts cannot hold a body or K cannot be factored, `reason` says why, and there are no components. Collective.
+  !> contacts cannot hold a body or K cannot be factored, `reason` says why, and there are no components. With changing_dofs there
+  !> are neither lifting nor energies, and H is not kept. Collective.
   subroutine create(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%destroy(ierr))
+    if (allocated(self%changing_dofs)) &
+      call self%linear_solver%divide(system%comm, self%changing_dofs(system%map%local_dofs))
+    PetscCall(factor_without_contact(system, self%linear_solver, ierr))
+    self%reason = self%linear_solver%reason
+    if (self%reason /= reason_converged) return
+    call find_anchors(system%motions, self%anchors)
+    if (allocated(self%changing_dofs)) then
+      PetscCall(solve_compliance(self, system, staying_part, self%staying_compliance, ierr))
+    end if
+    PetscCall(condense(self, system, ierr))
+  end subroutine create
+
+  !> Computes G, W and D - B G again after new values in the stiffness of the bodies with changing_dofs, whose pattern stays, and in
+  !> loads, prescribed displacements and gaps. Collective.
+  subroutine renew(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+
+    if (self%reason /= reason_converged .or. .not. allocated(self%staying_compliance)) then
+      PetscCall(self%create(system, ierr))
+      return
+    end if
+    PetscCall(factor_without_contact(system, self%linear_solver, ierr))
+    self%reason = self%linear_solver%reason
+    if (self%reason /= reason_converged) return
+    PetscCall(condense(self, system, ierr))
+  end subroutine renew
+
+  !> Computes the components from the factor. Collective.
+  subroutine condense(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: free_closing(:, :)
 
-    PetscCall(self%destroy(ierr))
-    PetscCall(factor_without_contact(system, self%linear_solver, ierr))
-    self%reason = self%linear_solver%reason
-    if (self%reason /= reason_converged) return
-    call find_anchors(system%motions, self%anchors)
     PetscCall(solve_free_response(system, self%linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
-    PetscCall(solve_lifting(system, self%linear_solver, self%lifting, ierr))
     PetscCall(close_rows(system, self%free_response, free_closing, ierr))
     self%free_opening = system%rows%gap
     associate (driven => self%free_opening(:, :size(free_closing, 2)))
       driven = driven - free_closing
     end associate
-    PetscCall(make_room(self, system, ierr))
-    PetscCall(solve_compliance(self, system, ierr))
-    PetscCall(measure_energies(self, system, free_closing, ierr))
+    if (allocated(self%staying_compliance)) then
+      PetscCall(solve_compliance(self, system, changing_part, self%compliance, ierr))
+      self%compliance = self%compliance + self%staying_compliance
+    else
+      PetscCall(solve_lifting(system, self%linear_solver, self%lifting, ierr))
+      PetscCall(make_room(self, system, ierr))
+      PetscCall(solve_compliance(self, system, both_parts, self%compliance, ierr))
+      PetscCall(measure_energies(self, system, free_closing, ierr))
+    end if
     call close_anchors(self, system)
     ! W is symmetric but for rounding; with anchors its columns are more accurate as they are, where a body is thin
     if (system%motions%n_free == 0) self%compliance = (self%compliance + transpose(self%compliance)) / 2
     if (.not. system%laws%is_plain()) call self%steps%create(system%laws, self%anchors%rows, self%scale, &
       self%compliance, .true.)
-  end subroutine create
+  end subroutine condense
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
   subroutine make_room(self, system, ierr)
@@ -137,28 +180,34 @@ contains
   end subroutine make_room
 
   !> Computes W before the anchors are closed, some columns at a time, and H if it has room. Collective.
-  subroutine solve_compliance(self, system, ierr)
+  subroutine solve_compliance(self, system, part, compliance, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
+    !> one of divided_solver_t: whose bodies' W
+    integer, intent(in) :: part
+    !> [length/force] replicated, shape (n_rows, n_rows)
+    real(rk), allocatable, intent(inout) :: compliance(:, :)
     PetscErrorCode, intent(out) :: ierr
     type(progress_t) :: progress
     real(rk), allocatable :: columns(:, :), closing(:, :)
     integer :: first, k, last
 
     ierr = 0
-    allocate (self%compliance(system%rows%n_rows, system%rows%n_rows))
+    if (.not. allocated(compliance)) allocate (compliance(system%rows%n_rows, system%rows%n_rows))
+    self%linear_solver%chosen = part
     call progress%start('responses to contact forces', system%rows%n_rows, seconds_of_silence)
     do first = 1, system%rows%n_rows, columns_at_once
       last = min(first + columns_at_once - 1, system%rows%n_rows)
       allocate (columns(system%map%n_local_dofs, last - first + 1))
       PetscCall(solve_columns(system, self%anchors, self%linear_solver, [(k, k=first, last)], columns, ierr))
       PetscCall(close_rows(system, columns, closing, ierr))
-      self%compliance(:, first:last) = closing
+      compliance(:, first:last) = closing
       if (allocated(self%contact_response)) self%contact_response(:, first:last) = columns
       deallocate (columns)
       call progress%advance(last)
     end do
     call progress%finish()
+    self%linear_solver%chosen = both_parts
   end subroutine solve_compliance
 
   !> Computes G'K G and H'K G. The forces K G of free dofs are loads, and prescribed displacements cause none; K H = B' - B_T' N' on
@@ -518,8 +567,10 @@ contains
     class(condensed_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
-    if (allocated(self%free_response)) deallocate (self%free_response, self%lifting)
-    if (allocated(self%compliance)) deallocate (self%compliance, self%free_opening, self%free_energy, self%shared_energy)
+    if (allocated(self%free_response)) deallocate (self%free_response, self%free_opening)
+    if (allocated(self%lifting)) deallocate (self%lifting, self%free_energy, self%shared_energy)
+    if (allocated(self%compliance)) deallocate (self%compliance)
+    if (allocated(self%staying_compliance)) deallocate (self%staying_compliance)
     if (allocated(self%contact_response)) deallocate (self%contact_response)
     PetscCall(self%linear_solver%destroy(ierr))
   end subroutine destroy

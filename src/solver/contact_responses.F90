@@ -57,7 +57,7 @@ contains
   subroutine solve_contact(system, anchors, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> [length/force] rows of this rank, shape (n_local_dofs, n_rows)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
@@ -76,7 +76,7 @@ contains
   subroutine solve_columns(system, anchors, linear_solver, chosen, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> rows, 1-based; more than columns_at_once of them only take more memory
     integer, intent(in) :: chosen(:)
     !> [length/force] rows of this rank, shape (n_local_dofs, size(chosen))
@@ -97,7 +97,7 @@ contains
   subroutine solve_forces(system, anchors, linear_solver, multipliers, response, ierr)
     type(contact_system_t), intent(in) :: system
     type(anchors_t), intent(in) :: anchors
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> [force] shape (n_rows, n_sets)
     real(rk), intent(in) :: multipliers(:, :)
     !> [length] rows of this rank, shape (n_local_dofs, n_sets)

@@ -18,8 +18,12 @@ module sig_contact_solver
     logical :: is_multigrid = .false.
     !> whether factorizations may replace multigrid that fails; only `active_set` uses it
     logical :: may_factor = .false.
+    !> whether a dof belongs to a body whose stiffness changes again and again, natural, shape (n_dofs): the solver keeps what renew
+    !> can use; not allocated: renew is not called
+    logical, allocatable :: changing_dofs(:)
   contains
     procedure(create_solver), deferred :: create
+    procedure :: renew
     procedure(solve_point), deferred :: solve
     procedure :: n_points_at_once
     procedure :: solve_points
@@ -56,6 +60,17 @@ module sig_contact_solver
   end interface
 
 contains
+
+  !> Prepares the solver again after new values in the stiffness at changing_dofs, whose pattern stays, and in loads, prescribed
+  !> displacements and gaps. This default begins from nothing. Requires: create. Collective.
+  subroutine renew(self, system, ierr)
+    class(contact_solver_t), intent(inout) :: self
+    type(contact_system_t), intent(inout) :: system
+    PetscErrorCode, intent(out) :: ierr
+
+    PetscCall(self%destroy(ierr))
+    PetscCall(self%create(system, ierr))
+  end subroutine renew
 
   !> Returns how many points one call of solve_points should solve: more than one if they cost less together, but at most about a
   !> second of work, because a kill of the program loses this work. This default is 1.

@@ -23,7 +23,7 @@ contains
   subroutine factor_without_contact(system, linear_solver, ierr)
     type(contact_system_t), intent(in) :: system
     !> in: is_multigrid; out: ready for solves, or with a reason why not
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     PetscErrorCode, intent(out) :: ierr
     real(rk) :: nothing(system%map%n_dofs)
     logical, allocatable :: all_closed(:)
@@ -65,7 +65,7 @@ contains
   subroutine respond(system, linear_solver, forces, response, ierr)
     type(contact_system_t), intent(in) :: system
     !> solver from factor_without_contact
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> [force] 0 on held dofs; rows of this rank, shape (n_local_dofs, n_columns)
     real(rk), contiguous, intent(in) :: forces(:, :)
     !> [length] rows of this rank, same shape
@@ -82,7 +82,7 @@ contains
   subroutine solve_free_response(system, linear_solver, n_terms, response, ierr, anchors)
     type(contact_system_t), intent(inout) :: system
     !> solver from factor_without_contact
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> number of leading terms
     integer, intent(in) :: n_terms
     !> [length] rows of this rank, shape (n_local_dofs, n_terms)
@@ -151,7 +151,7 @@ contains
   subroutine solve_lifting(system, linear_solver, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> solver from factor_without_contact
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> [length] rows of this rank, shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
@@ -174,7 +174,7 @@ contains
   !> have no reactions. Sets the reason of the linear solver. Collective.
   subroutine solve_lifted_forces(system, linear_solver, response, ierr)
     type(contact_system_t), intent(in) :: system
-    type(linear_solver_t), intent(inout) :: linear_solver
+    class(linear_solver_t), intent(inout) :: linear_solver
     !> [length] out: all columns; rows of this rank, shape (n_local_dofs, n_forces)
     real(rk), intent(inout) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr

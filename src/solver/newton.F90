@@ -11,7 +11,8 @@
 !> F contains no forces of imposed strains in cells that flow, because sigma does.
 !>
 !> Line search: the work of the residual int B' sigma + B' lambda - F on the step from u_k to the solution u, which grows along the
-!> step and is negative at its start. The first step is taken as it is: it moves the supports.
+!> step and is negative at its start. The first step is taken as it is: it moves the supports. So is one where the residual is small
+!> already: the work may be rounding.
 !>
 !> A step of time that does not converge is cut in two, in which all data are half way.
 module sig_newton
@@ -69,9 +70,13 @@ module sig_newton
   type :: newton_t
     !> cells of this rank that flow
     type(flowing_cells_t) :: flowing
+    !> whether each time is reached by two steps, in the middle of which all data are half way
+    logical :: halves_steps = .false.
     !> the linear problem; its matrix is K_k
     type(contact_system_t), private :: system
     class(contact_solver_t), allocatable, private :: solver
+    !> whether the solver was made, so that it can be renewed
+    logical, private :: is_ready = .false.
     !> stiffness of the cells that do not flow
     Mat, private :: elastic
     !> the accepted state
@@ -135,6 +140,8 @@ module sig_newton
   real(rk), parameter :: rounding_of_forces = 1.0e-13_rk, rounding_of_products = epsilon(1.0_rk)
   !> [-] or its last step was so small that Newton's next one would be rounding: with multigrid the linear problem has the error
   real(rk), parameter :: coarse_residual = 1.0e-8_rk, small_step = 1.0e-10_rk
+  !> [-] or from one iteration to the next it did not fall to the second share, and is at most the first one
+  real(rk), parameter :: stalled_residual = 1.0e-10_rk, stalled_share = 0.5_rk
   !> [-] forces are compared with at least this share of |K| |u|, because where nothing presses they are rounding
   real(rk), parameter :: smallest_share = 1.0e-6_rk
   integer, parameter :: most_iterations = 25
@@ -177,8 +184,28 @@ contains
     end associate
     if (allocated(self%system%laws%friction_terms)) self%system%laws%friction_terms = 1
     call self%flowing%create(mesh, body, laws, system%map%own_cells)
+    self%solver%changing_dofs = dofs_of_flowing_bodies(system, mesh, body)
     PetscCall(self%take_body(mesh, body, ierr))
   end subroutine create
+
+  !> Returns which dofs belong to bodies with cells that flow.
+  pure function dofs_of_flowing_bodies(system, mesh, body) result(flows)
+    type(contact_system_t), intent(in) :: system
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> natural, shape (n_dofs)
+    logical, allocatable :: flows(:)
+    logical :: body_flows(system%motions%n_bodies)
+    integer :: i
+
+    body_flows = .false.
+    associate (bodies => system%motions%body_of_node)
+      do i = 1, mesh%n_cells
+        if (body%flows_in(i)) body_flows(bodies(mesh%cell_nodes(mesh%cell_offsets(i) + 1))) = .true.
+      end do
+      flows = [(spread(body_flows(bodies(i)), 1, mesh%n_dim), i=1, size(bodies))]
+    end associate
+  end function dofs_of_flowing_bodies
 
   !> Assembles the stiffness of the cells that do not flow, with new elastic constants. Collective.
   subroutine take_body(self, mesh, body, ierr)
@@ -188,6 +215,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     integer :: i
 
+    PetscCall(destroy_solver(self, ierr))
     PetscCall(MatZeroEntries(self%elastic, ierr))
     associate (own => self%system%map%own_cells)
       associate (cells => pack(own, [(.not. body%flows_in(own(i)), i=1, size(own))]))
@@ -222,6 +250,7 @@ contains
     type(contact_state_t), intent(out) :: state
     PetscErrorCode, intent(out) :: ierr
     type(course_t) :: course
+    type(step_data_t) :: middle
     real(rk) :: n_bad(1)
 
     course%reached = before%time
@@ -232,6 +261,12 @@ contains
     if (n_bad(1) > 0) then
       course%found%reason = reason_bad_property
       allocate (course%residuals(0))
+    else if (self%halves_steps) then
+      middle = half_way(before, now)
+      PetscCall(advance(self, mesh, body, before, middle, 0, course, ierr))
+      if (course%found%reason == reason_converged) then
+        PetscCall(advance(self, mesh, body, middle, now, 0, course, ierr))
+      end if
     else
       PetscCall(advance(self, mesh, body, before, now, 0, course, ierr))
     end if
@@ -291,9 +326,11 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(iterate_t) :: now
     real(rk), allocatable :: direction(:)
-    real(rk) :: moved, residual, rounding
+    real(rk) :: before, moved, residual, rounding
+    logical :: is_whole
     integer :: i
 
+    before = huge(before)
     PetscCall(take_data(self, mesh, body, data, course%external, ierr))
     allocate (now%forces, now%sizes, mold=course%external)
     if (allocated(course%residuals)) deallocate (course%residuals)
@@ -307,7 +344,8 @@ contains
       direction = course%found%displacement - now%displacement
       now%is_solved = all(ieee_is_finite(direction))
       if (.not. now%is_solved) exit
-      PetscCall(take_step(self, mesh, body, data, dt, direction, course, i == 1, now, moved, ierr))
+      is_whole = i == 1 .or. before <= stalled_residual
+      PetscCall(take_step(self, mesh, body, data, dt, direction, course, is_whole, now, moved, ierr))
       if (.not. now%is_solved) exit
       call measure(self, now, course%external, course%found%multipliers, residual, rounding)
       course%residuals = [course%residuals, residual]
@@ -317,6 +355,8 @@ contains
         if (residual <= merge(multigrid_tolerance, residual_tolerance, self%solver%is_multigrid) .and. share <= step_tolerance) exit
         if (residual <= coarse_residual .and. share <= small_step) exit
       end associate
+      if (residual <= stalled_residual .and. residual > stalled_share * before) exit
+      before = residual
     end do
     course%energy = now%energy
     course%forces = now%forces
@@ -405,7 +445,12 @@ contains
 
     all_closed = .true.
     PetscCall(linearize(self, mesh, body, course%external, ierr))
-    PetscCall(self%solver%create(self%system, ierr))
+    if (self%is_ready) then
+      PetscCall(self%solver%renew(self%system, ierr))
+    else
+      PetscCall(self%solver%create(self%system, ierr))
+      self%is_ready = .true.
+    end if
     select type (solver => self%solver)
     type is (active_set_t)
       if (allocated(solver%start)) deallocate (solver%start)
@@ -421,11 +466,10 @@ contains
     course%n_iterations = course%n_iterations + 1
     course%n_linear_iterations = course%n_linear_iterations + course%found%n_linear_iterations
     if (course%found%reason == reason_converged) self%closed = course%found%is_active
-    PetscCall(self%solver%destroy(ierr))
   end subroutine solve_linear
 
   !> Goes along a direction, as far as the line search says. Collective.
-  subroutine take_step(self, mesh, body, data, dt, direction, course, is_first, now, moved, ierr)
+  subroutine take_step(self, mesh, body, data, dt, direction, course, is_whole, now, moved, ierr)
     type(newton_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
     type(elastic_body_t), intent(in) :: body
@@ -436,7 +480,7 @@ contains
     !> has the loads, and the multipliers of the linear problem
     type(course_t), intent(in) :: course
     !> whether the whole step is taken in any case
-    logical, intent(in) :: is_first
+    logical, intent(in) :: is_whole
     type(iterate_t), intent(inout) :: now
     !> [-] share of the direction that was taken
     real(rk), intent(out) :: moved
@@ -451,7 +495,7 @@ contains
     moved = 1
     now%displacement = start + direction
     PetscCall(evaluate(self, mesh, body, data, dt, now, ierr))
-    if (is_first .or. .not. start_work < 0) return
+    if (is_whole .or. .not. start_work < 0) return
     work = work_along()
     if (now%is_solved .and. work <= -steep * start_work) return
     lower = 0
@@ -644,11 +688,24 @@ contains
     end associate
   end subroutine share_strains
 
-  !> Frees the matrices. Collective.
+  !> Frees what the solver has made. Collective.
+  subroutine destroy_solver(self, ierr)
+    class(newton_t), intent(inout) :: self
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (self%is_ready) then
+      PetscCall(self%solver%destroy(ierr))
+    end if
+    self%is_ready = .false.
+  end subroutine destroy_solver
+
+  !> Frees solver and matrices. Collective.
   subroutine destroy(self, ierr)
     class(newton_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
+    PetscCall(destroy_solver(self, ierr))
     PetscCall(MatDestroy(self%system%stiffness, ierr))
     PetscCall(MatDestroy(self%elastic, ierr))
   end subroutine destroy

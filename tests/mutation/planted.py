@@ -1300,6 +1300,20 @@ PLANTED = [
         "integration.test_flow_commands",
     ),
     Planted(
+        SRC + "solver/condensed.F90",
+        "self%compliance = self%compliance + self%staying_compliance",
+        "continue",
+        "bodies whose stiffness stays are rigid after the first iteration",
+        "unit.solver.test_condensed",
+    ),
+    Planted(
+        SRC + "solver/active_set.F90",
+        "PetscCall(renew_matrix(self%stiffness, ierr))",
+        "continue",
+        "the active set keeps the first stiffness where materials flow",
+        "verification.test_flow",
+    ),
+    Planted(
         SRC + "fem/flowing_cells.f90",
         "    self%old_stresses = self%stresses\n",
         "",
