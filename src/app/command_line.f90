@@ -33,6 +33,7 @@ module sig_command_line
     logical :: is_strict = .false.
     logical :: has_benchmark = .false.
     logical :: has_fields = .false.
+    logical :: halves_steps = .false.
     !> --threads of predict; 0 = as many as there are processors
     integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
@@ -126,6 +127,8 @@ contains
       command%is_quiet = .true.
     case ('--strict')
       command%is_strict = .true.
+    case ('--halve-steps')
+      command%halves_steps = .true.
     case ('--benchmark')
       command%has_benchmark = .true.
     case ('--fields')

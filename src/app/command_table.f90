@@ -28,7 +28,7 @@ module sig_command_table
 
   !> An option: its value, the commands that have it, and what it does.
   type :: option_entry_t
-    character(11) :: name
+    character(13) :: name
     !> how its value is shown; blank where it has none
     character(7) :: value
     !> commands that have it, blanks between them; blank for all
@@ -73,6 +73,8 @@ module sig_command_table
     option_entry_t('--threads', 'N', 'predict', 'number of threads for --points; default: one per processor'), &
     option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, which ends the ' // &
     'command, and not a warning'), &
+    option_entry_t('--halve-steps', '', 'solve', 'where materials yield or creep, also solve with halved steps, and say how ' // &
+    'large the error of the time steps is'), &
     option_entry_t('--benchmark', '', 'validate run', 'also measure the times of queries, and of a ' // &
     'full-order solver that factors anew for each point'), &
     option_entry_t('--quiet', '', '', 'print only warnings, errors, and the CSV of predict'), &

@@ -43,6 +43,8 @@ module sig_session
     logical :: is_whole_run = .false.
     !> --benchmark: validation measures times, too
     logical :: has_benchmark = .false.
+    !> --halve-steps: solve estimates the error of time steps
+    logical :: halves_steps = .false.
     !> warnings of forces that lean (lean_warnings) which this command has given: of each contact entry, not allocated without one
     type(string_t), allocatable :: lean_warnings(:)
     type(directory_lock_t) :: lock
@@ -78,6 +80,7 @@ contains
     call MPI_Comm_rank(PETSC_COMM_WORLD, self%rank, ierr)
     self%is_whole_run = command%name == 'run'
     self%has_benchmark = command%has_benchmark
+    self%halves_steps = command%halves_steps
     if (self%rank == 0) call read_text_file(command%file, self%deck_text, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) then

@@ -36,6 +36,7 @@ module sig_study
   use sig_stage_report, only: describe_problem, report_fields, warn_of_leans, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
   use sig_text, only: counted, to_text
+  use sig_time_error, only: estimate_time_error, time_error_t
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
   use sig_verdict, only: judge_validation, judgment_t, validation_table, verdict_t
@@ -51,7 +52,7 @@ module sig_study
   character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
   character(*), parameter :: error_keys(7) = [character(key_length) :: 'errors', 'answers', 'speed_up', 'times/query', &
     'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
-  character(*), parameter :: field_keys(2) = [character(key_length) :: 'points', 'deformations']
+  character(*), parameter :: field_keys(3) = [character(key_length) :: 'points', 'deformations', 'time_error']
 
 contains
 
@@ -313,7 +314,8 @@ contains
   !> Solves the full-order problem at the given points and writes the files of write_fields and the report. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: those of the loading of the problem; a point is not valid; those of
-  !> read_own_model (has_model only) and of write_fields; the report cannot be written. The exit code is that of "not converged" if
+  !> read_own_model (has_model only), of write_fields and estimate_time_error (--halve-steps); nothing flows with --halve-steps; the
+  !> report cannot be written. The exit code is that of "not converged" if
   !> a point has no full-order solution. After a signal nothing is written.
   subroutine fields_stage(session, points, has_model, report, ierr)
     type(session_t), intent(inout) :: session
@@ -326,6 +328,7 @@ contains
     type(team_t), pointer :: team
     type(model_t) :: model
     type(solved_points_t) :: solved
+    type(time_error_t) :: time_error
     type(error_t), allocatable :: error
 
     call announce_stiffness(session)
@@ -334,6 +337,8 @@ contains
       if (allocated(error)) exit work
       associate (problem => session%full_order%problem)
         call check_points(problem, points, error)
+        if (session%halves_steps .and. .not. problem%flow%is_there()) call make_error(error, &
+          '--halve-steps needs a material with plasticity or creep: others have no error of time steps', session%deck%path)
         if (allocated(error)) exit work
         call session%announce_plan(points)
         if (has_model) call read_own_model(session, problem, model, error)
@@ -345,12 +350,19 @@ contains
           PetscCall(write_fields(problem, team, points, session%folder, solved, error, ierr))
         end if
         if (allocated(error) .or. solved%is_stopped) exit work
+        if (session%halves_steps) then
+          PetscCall(estimate_time_error(problem, team, points, solved, time_error, error, ierr))
+          PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
+          if (allocated(error) .or. solved%is_stopped) exit work
+          call time_error%report(report)
+        end if
         PetscCall(describe_problem(problem, report, ierr))
         call report_fields(problem, points, solved, report)
         call warn_of_leans(session, multipliers_of(solved, problem%rows%n_rows), solved%states%reason, report)
       end associate
       PetscCall(write_report(session, field_keys, report, ierr))
       call tell_fields(session, solved, size(points, 2))
+      if (session%halves_steps) call log_info(time_error%sentence())
     end block work
     call session%end_stage(error, solved%is_stopped, 'no fields were written')
   end subroutine fields_stage

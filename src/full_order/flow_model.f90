@@ -1,12 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The laws of the materials of a deck that flow, and the values of their properties at integration points.
 module sig_flow_model
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: n_stresses
   use sig_flow_properties, only: compiled_properties_t, flow_properties_t
   use sig_flowing_cells, only: flow_laws_t, flowing_cells_t, point_data_t
   use sig_imposed_strain, only: strain_field_t
   use sig_kinds, only: rk
+  use sig_mesh, only: mesh_t
+  use sig_point_values, only: count_points
   implicit none(type, external)
   private
   public :: flow_model_t
@@ -28,6 +31,7 @@ module sig_flow_model
   contains
     procedure :: is_there
     procedure :: evaluate
+    procedure :: find_cell_means
   end type flow_model_t
 
 contains
@@ -68,4 +72,42 @@ contains
     call self%properties%compile(compiled, message)
     call compiled%evaluate(point, materials, self%temperatures(places, :), data%properties)
   end subroutine evaluate
+
+  !> Computes means over the integration points of each cell, in shape (n_cells); not a number where there is no such value. Local.
+  subroutine find_cell_means(self, mesh, body, point, temperatures, yield_stresses)
+    class(flow_model_t), intent(in) :: self
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    !> [degree] where a property contains the temperature
+    real(rk), allocatable, intent(out) :: temperatures(:)
+    !> [force/length**2] before the material hardens, where it is plastic
+    real(rk), allocatable, intent(out) :: yield_stresses(:)
+    type(compiled_properties_t) :: compiled
+    character(:), allocatable :: message
+    real(rk), allocatable :: properties(:, :)
+    integer :: first, i, k, n
+
+    allocate (temperatures(mesh%n_cells), source=ieee_value(0.0_rk, ieee_quiet_nan))
+    allocate (yield_stresses, source=temperatures)
+    call self%properties%compile(compiled, message)
+    first = 0
+    do i = 1, mesh%n_cells
+      if (.not. body%flows_in(i)) cycle
+      n = count_points(mesh, body, [i])
+      associate (m => body%material_of_cell(i), parts => self%temperatures(first + 1:first + n, :))
+        if (self%is_hot(m)) temperatures(i) = sum(compiled%temperature(point, parts)) / n
+        allocate (properties(self%laws(m)%law%n_properties(), n))
+        call compiled%evaluate(point, spread(m, 1, n), parts, properties)
+        do k = 1, size(properties, 1)
+          if (self%laws(m)%law%property_names(k) /= 'yield_stress') cycle
+          yield_stresses(i) = sum(properties(k, :)) / n
+          exit
+        end do
+        deallocate (properties)
+      end associate
+      first = first + n
+    end do
+  end subroutine find_cell_means
 end module sig_flow_model

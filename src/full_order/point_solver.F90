@@ -40,6 +40,8 @@ module sig_point_solver
     real(rk) :: setup_seconds = 0
     !> how often the stiffness was assembled and the solver made ready for it
     integer :: n_stiffnesses = 0
+    !> whether steps where materials flow are halved (newton_t)
+    logical :: halves_steps = .false.
     !> number of points that were solved
     integer :: n_solved = 0
     !> the solver is made for the stiffness that the system has now
@@ -259,6 +261,7 @@ contains
 
     call progress%start('times', size(states), seconds_of_silence)
     call self%newton%begin()
+    self%newton%halves_steps = self%halves_steps
     if (.not. problem%has_fixed_stiffness) then
       call body_at(problem, points(:, 1), self%body)
       PetscCall(self%newton%take_body(problem%mesh, self%body, ierr))

@@ -43,6 +43,7 @@ module sig_flow_properties
     type(expression_t), allocatable :: temperatures(:)
   contains
     procedure :: evaluate
+    procedure :: temperature
     final :: free
   end type compiled_properties_t
 
@@ -134,23 +135,20 @@ contains
     real(rk), intent(in) :: temperatures(:, :)
     !> shape (n_most_properties, n_points)
     real(rk), intent(inout) :: properties(:, :)
-    real(rk) :: cold(size(self%properties)), factors(size(temperatures, 2)), no_number, values(size(state) + 1)
+    real(rk) :: cold(size(self%properties)), degrees(size(materials)), no_number, values(size(state) + 1)
     integer :: i, k
     logical :: is_valid
 
     no_number = ieee_value(no_number, ieee_quiet_nan)
     values = [state, 0.0_rk]
-    do i = 1, size(factors)
-      call self%temperatures(i)%evaluate(state, factors(i), is_valid)
-      if (.not. is_valid) factors(i) = no_number
-    end do
+    degrees = self%temperature(state, temperatures)
     do i = 1, size(cold)
       if (self%is_hot(i)) cycle
       call self%properties(i)%evaluate(values, cold(i), is_valid)
       if (.not. is_valid) cold(i) = no_number
     end do
     do i = 1, size(materials)
-      values(size(values)) = dot_product(temperatures(i, :), factors)
+      values(size(values)) = degrees(i)
       associate (first => self%starts(materials(i)))
         do k = 1, self%starts(materials(i) + 1) - first
           if (self%is_hot(first + k)) then
@@ -163,6 +161,25 @@ contains
       end associate
     end do
   end subroutine evaluate
+
+  !> Returns the temperature [degree] at some points; one without a finite factor is not a number.
+  function temperature(self, state, temperatures) result(degrees)
+    class(compiled_properties_t), intent(in) :: self
+    !> shape (size(names))
+    real(rk), intent(in) :: state(:)
+    !> [degree] values of the parts, shape (n_points, n_parts)
+    real(rk), intent(in) :: temperatures(:, :)
+    real(rk) :: degrees(size(temperatures, 1))
+    real(rk) :: factors(size(temperatures, 2))
+    integer :: i
+    logical :: is_valid
+
+    do i = 1, size(factors)
+      call self%temperatures(i)%evaluate(state, factors(i), is_valid)
+      if (.not. is_valid) factors(i) = ieee_value(factors(i), ieee_quiet_nan)
+    end do
+    degrees = matmul(temperatures, factors)
+  end function temperature
 
   !> Frees the compiled expressions.
   subroutine free(self)

@@ -1,10 +1,11 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Shows the problem of a deck before it is solved: supports, loads and contact in check.h5 and check.xdmf.
 module sig_check_fields
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_cell_collection, only: cell_collection_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_summary, only: contact_name
-  use sig_deck_units, only: area_unit, force_unit
+  use sig_deck_units, only: area_unit, force_unit, stress_unit
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
   use sig_imposed_strain, only: cell_strains, strain_field_t
@@ -64,6 +65,7 @@ contains
     call write_cell_fields(cells, shares, file)
     call write_driving_fields(problem, theta(:, 1), file)
     if (problem%strains%are_there() .and. i_bad_point == 0) call write_strains(problem, point, cells%mesh%n_cells, file)
+    if (problem%flow%is_there()) call write_flow(problem, point, cells%mesh%n_cells, file)
     call write_contact_fields(problem, rows, theta(:, 1), file)
     call file%close(error)
   end subroutine write_check_fields
@@ -235,6 +237,25 @@ contains
     strains = reshape(strains, [size(strains, 1), n_cells], pad=[0.0_rk])
     call file%add_cell_field('imposed_strain', strains, '-', 'mean of what is imposed on the cell by temperature or swelling')
   end subroutine write_strains
+
+  !> Writes temperature and yield stress of each cell at the point; no number where there are none, and off the bodies.
+  subroutine write_flow(problem, point, n_cells, file)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_parameters)
+    real(rk), intent(in) :: point(:)
+    !> number of all cells; those of the bodies come first
+    integer, intent(in) :: n_cells
+    type(field_file_t), intent(inout) :: file
+    real(rk), allocatable :: temperatures(:), yield_stresses(:)
+    real(rk) :: nothing(n_cells - problem%mesh%n_cells)
+
+    nothing = ieee_value(0.0_rk, ieee_quiet_nan)
+    call problem%flow%find_cell_means(problem%mesh, problem%body, point, temperatures, yield_stresses)
+    if (any(problem%flow%is_hot)) call file%add_cell_field('temperature', [temperatures, nothing], '-', &
+      'mean over the cell, in the unit of the deck; no number where neither plasticity nor creep contains it')
+    if (problem%flow%has_plasticity) call file%add_cell_field('yield_stress', [yield_stresses, nothing], &
+      stress_unit(problem%deck), 'mean over the cell before it hardens; no number where nothing yields')
+  end subroutine write_flow
 
   !> Writes for each contact node its side, its contact entry, its area, and its gap at the point before anything moves; for the
   !> owner of each row also whether the row has a multiplier, the normal, and how many nodes of the second side it faces, with the

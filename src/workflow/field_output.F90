@@ -35,7 +35,7 @@ module sig_field_output
   use petsc
   implicit none(type, external)
   private
-  public :: write_fields, solved_points_t
+  public :: write_fields, solve_points, solved_points_t, describe_problem, find_flow_values
 
   !> The full-order solutions and their times.
   type :: solved_points_t
@@ -164,11 +164,7 @@ contains
     do i = 1, size(points, 2)
       if (states(i)%reason /= reason_converged) cycle
       call writer%start_point(header, points(:, i))
-      if (allocated(states(i)%flow)) then
-        if (problem%flow%has_plasticity) call values%take_flow(header%fields, plastic=states(i)%flow%plastic)
-        if (problem%flow%has_creep) call values%take_flow(header%fields, creep=states(i)%flow%creep)
-      end if
-      call find_values(header, points(:, i), states(i), values)
+      call find_flow_values(problem, header, points(:, i), states(i), values)
       call writer%write_values(header, values, .false.)
       if (present(model) .and. .not. allocated(message)) &
         call write_reduced(problem, header, points(:, i), online, query, writer)
@@ -224,6 +220,21 @@ contains
     call fill_model_header(problem, none, header)
     call create_field_map(problem, header%fields, error)
   end subroutine describe_problem
+
+  !> Does the same as find_values, and computes the strains of materials that flow.
+  subroutine find_flow_values(problem, header, point, state, values)
+    type(problem_t), intent(in) :: problem
+    type(model_t), intent(in) :: header
+    real(rk), intent(in) :: point(:)
+    type(contact_state_t), intent(in) :: state
+    type(field_values_t), intent(inout) :: values
+
+    if (allocated(state%flow)) then
+      if (problem%flow%has_plasticity) call values%take_flow(header%fields, plastic=state%flow%plastic)
+      if (problem%flow%has_creep) call values%take_flow(header%fields, creep=state%flow%creep)
+    end if
+    call find_values(header, point, state, values)
+  end subroutine find_flow_values
 
   !> Computes the values of the fields at a point from its full-order solution. Requires: check_points accepted the point.
   subroutine find_values(header, point, state, values)

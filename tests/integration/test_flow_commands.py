@@ -43,6 +43,48 @@ def write_deck(folder, element="Q8", **changes):
     return folder / "part.yaml"
 
 
+def test_check_fields(signorom, tmp_path):
+    """`check --fields` has temperature and yield stress of each cell at --at and the last time; no number elsewhere."""
+    deck = write_deck(
+        tmp_path,
+        **{
+            "yield_stress: 200": 'yield_stress: "200 - 0.1*T"',
+            "    poisson_ratio: 0.3\n": "    poisson_ratio: 0.3\n    thermal_expansion: 0\n",
+            "boundary_conditions:": "imposed_strains:\n"
+            '  - {region: lower, temperature: "20 + 5000*stroke*time*(2 + x)", reference: 20}\n'
+            "boundary_conditions:",
+        },
+    )
+    signorom("check", deck, "--fields", "--at", "stroke=0.01", folder=tmp_path)
+    with h5py.File(tmp_path / "results" / "part" / "check.h5") as file:
+        point = file["points/0001"]
+        heat, strength, region = (point[name][()] for name in ("temperature", "yield_stress", "region"))
+        assert point["yield_stress"].attrs["unit"] == "MPa"
+        names = [name.decode() for name in file["check/regions"][()]]
+    lower = region == 1 + names.index("lower")
+    mesh = stacked_blocks("Q8", 2)
+    cells = [nodes for kind, name, nodes in mesh.elements if name == "lower"]
+    middles = np.array([mesh.coordinates[nodes[:4], 0].mean() for nodes in cells])
+    np.testing.assert_allclose(np.sort(heat[lower]), np.sort(20 + 100 * (2 + middles)), rtol=0.01)
+    np.testing.assert_allclose(strength[lower], 200 - 0.1 * heat[lower], rtol=1e-12)
+    assert np.isnan(heat[~lower]).all()
+    assert np.isnan(strength[~lower]).all()
+
+
+def test_halve_steps_needs_flow(signorom, tmp_path):
+    """--halve-steps of a deck in which nothing flows is refused."""
+    deck = write_deck(
+        tmp_path,
+        **{
+            "    plasticity: {yield_stress: 200, isotropic_hardening: 1000}\n": "",
+            "    creep: {norton: {coefficient: 1e-12, exponent: 4}}\n": "",
+        },
+    )
+    done = signorom.run("solve", deck, "--halve-steps", folder=tmp_path)
+    assert done.returncode == 2
+    assert "--halve-steps needs a material with plasticity or creep" in done.stderr
+
+
 def test_solve(signorom, tmp_path):
     """Two points with four times each: fields of plastic and creep strain, history.csv, the report."""
     deck = write_deck(tmp_path)

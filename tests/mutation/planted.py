@@ -1314,6 +1314,13 @@ PLANTED = [
         "verification.test_flow",
     ),
     Planted(
+        SRC + "workflow/time_error.F90",
+        "estimate%errors = 2 * differences / sizes",
+        "estimate%errors = differences / sizes",
+        "the time error is that of the halved steps",
+        "verification.test_flow",
+    ),
+    Planted(
         SRC + "fem/flowing_cells.f90",
         "    self%old_stresses = self%stresses\n",
         "",

@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from block_meshes import LINEAR, QUADRATIC, Mesh
@@ -18,6 +19,7 @@ from flow_formulas import (
     relaxation,
     relaxation_steps,
 )
+from runs import read_report
 
 # Numbers of size 1 after some ten iterations.
 ROUNDING = 5e-12
@@ -72,6 +74,42 @@ def test_order_in_time(signorom, tmp_path, figures):
     figures.at_least(problem, "order in time", orders.min(), 0.9, "backward Euler", reference=1.0)
     figures.at_most(problem, "stress, 80 steps", errors[-1], 0.02, "integral")
     assert orders.max() <= 1.1
+
+
+def test_halved_steps(signorom, tmp_path, figures):
+    """The estimated time error of a bar that is pulled and held, against its differential equation."""
+    sections = (
+        relaxing_bar(24)
+        .replace("load*0.002", "0.002*pull")
+        .replace(
+            "increments: 24}]", "increments: 24}], tables: {pull: {time: [0, 0.25, 1], value: [0, 1, 1]}}"
+        )
+    )
+    deck = write_deck(tmp_path, block("H8", 3), "solid", sections)
+    said = signorom("solve", deck, "--halve-steps", folder=tmp_path)
+    fields, _ = read_run(tmp_path)
+    times = np.arange(1, 25) / 24
+    # while pulled: stress rate = E (strain rate - creep rate); then D29
+    pulled = solve_ivp(
+        lambda _, s: 2e5 * (0.008 - 1e-12 * s**4),
+        (0, 0.25),
+        [0.0],
+        "Radau",
+        t_eval=times[:6],
+        rtol=1e-9,
+        atol=1e-8,
+    ).y[0]
+    exact = np.append(pulled, [relaxation(pulled[-1], 2e5, 1e-12, 4.0, t - 0.25) for t in times[6:]])
+    errors = np.abs(np.array([field["stress"][0, 0] for field in fields]) - exact).max() / exact.max()
+    estimates = read_report(tmp_path, "deck")["time_error"]
+    problem = "relaxation of a bar (D29)"
+    for name in ("von_mises", "support_forces"):
+        figures.compare(
+            problem, f"estimated error of {name} by halved steps", estimates[name], errors, 0.5, "formula"
+        )
+        assert errors / 1.5 <= estimates[name] <= 1.5 * errors
+    assert "largest stress" in said
+    assert "creep strain" in said
 
 
 def test_units(signorom, tmp_path):
