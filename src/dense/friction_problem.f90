@@ -13,7 +13,7 @@ module sig_friction_problem
     friction_workspace_t, project, scale_projections, sum_up
   use sig_kinds, only: rk
   use sig_lcp, only: solve_lcp
-  use sig_linear_algebra, only: multiply
+  use sig_linear_algebra, only: largest_size
   use sig_reasons, only: reason_converged, reason_ill_conditioned, reason_not_finite, reason_pulled_off, reason_sliding, &
     reason_unsolved_friction
   use sig_rounding, only: rounding
@@ -24,6 +24,8 @@ module sig_friction_problem
 
   !> [-] largest accepted natural residual
   real(rk), parameter :: accepted_residual = 1.0e-8_rk
+  !> [-] natural residual above which rounding in the inverse of W does not matter
+  real(rk), parameter :: far = 1.0e-4_rk
   !> sweeps of the first round; each further round has twice as many
   integer, parameter :: first_sweeps = 4
   integer, parameter :: most_rounds = 8
@@ -49,7 +51,7 @@ contains
   !> W's size are not allocated.
   subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace, inverse)
     !> [length/force] W, rows as friction_contacts_t says, shape (n_rows, n_rows); symmetric but for the rows of motions
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> [length] shape (n_rows)
     real(rk), intent(in) :: q(:)
     !> [length] s_0 in tangential rows: positions of slip, -w_t, of the last time; other rows are not read; shape (n_rows)
@@ -61,7 +63,8 @@ contains
     !> in: the answer of the last time, from which the search starts if its reason is reason_converged and its size is right
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
-    !> of W, same shape: steps in which most contacts stick are then much faster; default: do without it
+    !> of W, same shape. With it steps are fast, and use what earlier ones left: then W is that of the calls before, since
+    !> workspace%kept%forget; default: all are computed anew
     ! not contiguous: gfortran 12 reads the address of an absent contiguous argument to pass it on
     real(rk), intent(in), optional :: inverse(:, :)
     logical :: is_solved
@@ -71,17 +74,18 @@ contains
     if (.not. has_start(contacts, solution)) call start_cold(contacts, solution)
     solution%n_steps = 0
     solution%n_rounds = 0
-    if (.not. is_finite(matrix, q, origins, f, contacts)) then
+    call workspace%reserve(contacts)
+    if (.not. present(inverse)) call workspace%kept%forget()
+    if (.not. workspace%kept%is_checked) workspace%kept%is_checked = is_finite(matrix)
+    if (.not. (workspace%kept%is_checked .and. are_finite(q, origins, f, contacts))) then
       call give_up(reason_not_finite, solution)
       return
     end if
-    call workspace%reserve(contacts)
     call shift_openings(q, origins, contacts, workspace)
     if (contacts%n_motions == 0 .and. .not. (any(contacts%is_tied) .or. any(f > 0))) then
       call solve_without_friction(matrix, contacts, solution, workspace)
     else
       call scale_projections(matrix, contacts, workspace)
-      if (present(inverse)) call multiply(-1.0_rk, inverse, workspace%free(:size(q)), 0.0_rk, workspace%base(:size(q)))
       call solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
       call finish(matrix, f, contacts, is_solved, solution, workspace)
     end if
@@ -117,17 +121,25 @@ contains
     solution%reason = reason_not_finite
   end subroutine start_cold
 
-  pure logical function is_finite(matrix, q, origins, f, contacts)
-    real(rk), intent(in) :: matrix(:, :)
+  pure logical function is_finite(matrix)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    integer :: j
+
+    is_finite = .true.
+    do j = 1, size(matrix, 2)
+      is_finite = is_finite .and. largest_size(matrix(:, j)) <= huge(matrix)
+    end do
+  end function is_finite
+
+  pure logical function are_finite(q, origins, f, contacts)
     real(rk), intent(in) :: q(:)
     real(rk), intent(in) :: origins(:)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
 
-    ! 0 * x is 0 for a finite x, and else not a number
-    is_finite = abs(sum(0 * matrix)) <= 0 .and. all(ieee_is_finite(q)) .and. all(ieee_is_finite(f)) .and. &
+    are_finite = all(ieee_is_finite(q)) .and. all(ieee_is_finite(f)) .and. &
       all(ieee_is_finite(origins(contacts%n_contacts + 1:contacts%n_forces())))
-  end function is_finite
+  end function are_finite
 
   !> Sets workspace%free.
   pure subroutine shift_openings(q, origins, contacts, workspace)
@@ -144,7 +156,7 @@ contains
 
   !> Solves for the normal forces alone.
   subroutine solve_without_friction(matrix, contacts, solution, workspace)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
@@ -170,7 +182,7 @@ contains
   !> in a corner, its matrices are singular; then the sweeps alone may reach an answer. lambda is that of the last sweeps where
   !> nothing helps.
   subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
@@ -201,7 +213,7 @@ contains
   !> Sets the states in the workspace from which Newton's method starts: those of the last time. Without a last time, contacts start
   !> closed that overlap without forces, and with motions all of them, which holds the bodies.
   subroutine set_start(matrix, f, contacts, solution, workspace)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(in) :: solution
@@ -255,7 +267,7 @@ contains
   !> Runs Newton's method, and where the inverse is not accurate enough once more without it; where it stays between 1e-12 and 1e-8
   !> of the terms of a row, as with ill-conditioned matrices, once more until it has this residual again.
   subroutine try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
@@ -266,7 +278,8 @@ contains
     workspace%tolerance = rounding
     if (present(inverse)) then
       call run_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
-      if (is_solved) return
+      ! where Newton's method is far from an answer, it is not for rounding
+      if (is_solved .or. workspace%lowest > far) return
     end if
     call run_newton(matrix, f, contacts, solution, workspace, is_solved)
     if (is_solved .or. workspace%lowest > accepted_residual / 2) return
@@ -276,17 +289,18 @@ contains
 
   !> Removes rounding from an answer and checks it, or finds out why there is none.
   subroutine finish(matrix, f, contacts, is_solved, solution, workspace)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     logical, intent(in) :: is_solved
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     integer :: reason
+    logical :: is_changed
 
     if (is_solved) then
-      call drop_rounding(matrix, f, contacts, solution, workspace)
-      call sum_up(matrix, solution%lambda, workspace)
+      call drop_rounding(matrix, f, contacts, solution, workspace, is_changed)
+      if (is_changed) call sum_up(matrix, solution%lambda, workspace)
       call project(f, contacts, solution%lambda, workspace, solution%residual)
       solution%reason = merge(reason_converged, reason_ill_conditioned, solution%residual <= accepted_residual)
       if (solution%reason /= reason_converged) call give_up(reason_ill_conditioned, solution)
@@ -299,15 +313,19 @@ contains
 
   !> Opens contacts whose normal force is negative or only rounding: it closes the softest closed contact by at most 1e-12 of the
   !> sizes of the terms of its row (sig_lcp_rounding). Keeps tangential forces in their discs.
-  pure subroutine drop_rounding(matrix, f, contacts, solution, workspace)
-    real(rk), intent(in) :: matrix(:, :)
+  pure subroutine drop_rounding(matrix, f, contacts, solution, workspace, is_changed)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(in) :: workspace
+    !> whether a force is another one afterwards
+    logical, intent(out) :: is_changed
+    real(rk) :: before(size(solution%lambda))
     real(rk) :: radius, softest, tangential
     integer :: k
 
+    before = solution%lambda
     softest = 0
     do k = 1, contacts%n_contacts
       if (solution%lambda(k) > 0) softest = max(softest, matrix(k, k), 1 / workspace%c(1, k))
@@ -324,13 +342,14 @@ contains
         if (tangential > radius) solution%lambda(rows) = solution%lambda(rows) * (radius / tangential)
       end associate
     end do
+    is_changed = any(abs(solution%lambda - before) > 0)
   end subroutine drop_rounding
 
   !> Finds whether bodies move on and on in the sweeps: one more sweep leaves the forces N' lambda - F that equilibrium lacks as
   !> they are. As the motions advance by these forces over a constant, the bodies then move steadily against the largest forces that
   !> contact and friction can have in this motion.
   subroutine find_free_motion(matrix, f, contacts, lambda, workspace, reason)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
     !> [force] in: after the last sweeps; out: after one more
@@ -400,15 +419,14 @@ contains
   !> Counts the different solutions of a step that Newton's method finds: the known one, from all contacts sticking, and from all
   !> contacts slipping in their last direction. That it finds one does not prove that there is only one. Without friction there is
   !> one. Arguments: solve_friction, which was called before with the same ones and this workspace.
-  subroutine count_solutions(matrix, friction, contacts, known, workspace, n_solutions, inverse)
-    real(rk), intent(in) :: matrix(:, :)
+  subroutine count_solutions(matrix, friction, contacts, known, workspace, n_solutions)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: friction(:)
     type(friction_contacts_t), intent(in) :: contacts
     !> with reason_converged
     type(friction_solution_t), intent(in) :: known
     type(friction_workspace_t), intent(inout) :: workspace
     integer, intent(out) :: n_solutions
-    real(rk), intent(in), optional :: inverse(:, :)
     type(friction_solution_t) :: found(2)
     real(rk) :: f(contacts%n_contacts)
     logical :: is_solved, is_new(2)
@@ -423,7 +441,7 @@ contains
       do k = 1, contacts%n_contacts
         call set_state(starts(i), f(k), contacts, k, known%lambda, workspace)
       end do
-      call try_newton(matrix, f, contacts, found(i), workspace, is_solved, inverse)
+      call try_newton(matrix, f, contacts, found(i), workspace, is_solved)
       is_new(i) = is_solved .and. differs(found(i)%lambda, known%lambda)
       if (i == 2) is_new(i) = is_new(i) .and. .not. (is_new(1) .and. .not. differs(found(2)%lambda, found(1)%lambda))
     end do

@@ -15,7 +15,8 @@ module sig_friction_types
   use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
-  public :: friction_contacts_t, friction_solution_t, friction_workspace_t, scale_projections, sum_up, project
+  public :: friction_contacts_t, friction_solution_t, friction_workspace_t, friction_unknown_t, kept_factors_t
+  public :: scale_projections, sum_up, project
 
   !> states of a contact; a closed contact without friction slips
   integer, parameter, public :: contact_open = 0
@@ -24,6 +25,8 @@ module sig_friction_types
 
   !> a run of Newton's method ends after this number of steps
   integer, parameter, public :: most_steps = 60
+  !> most iterations with kept factors
+  integer, parameter, public :: most_searched = 30
 
   !> What each row of W belongs to. The rows are the normal rows of all contacts, in their order; then all tangential rows; then one
   !> row for each motion.
@@ -62,6 +65,54 @@ module sig_friction_types
     integer :: reason = reason_not_finite
   end type friction_solution_t
 
+  !> An unknown of a step of Newton's method, and an equation for it (sig_friction_unknowns).
+  type :: friction_unknown_t
+    !> rows of its contact, or of its motion
+    integer :: n_rows = 0
+    integer :: rows(3) = 0
+    !> one of them, which no other unknown of the same step has: the place of the unknown in factors
+    integer :: home = 0
+    !> shares of the unknown in z; of y and z in the equation
+    real(rk) :: moves(3) = 0
+    real(rk) :: of_y(3) = 0
+    real(rk) :: of_z(3) = 0
+  end type friction_unknown_t
+
+  !> What a step leaves for the next ones (sig_friction_kept): which matrix was factored, and work arrays. The factors themselves
+  !> are those of friction_workspace_t.
+  type :: kept_factors_t
+    !> whether the numbers of the next five entries are set
+    logical :: is_set = .false.
+    !> [-] f, and states, directions and softness as in friction_workspace_t; shapes (n_contacts) and (2, n_contacts)
+    real(rk), allocatable :: friction(:)
+    integer, allocatable :: states(:)
+    real(rk), allocatable :: directions(:, :)
+    real(rk), allocatable :: softness(:)
+    !> whether the unknowns are openings
+    logical :: is_inverse = .false.
+    !> [-] operations of the steps since then
+    real(rk) :: spent = 0
+    !> [-] operations of all linear problems so far, of factors and iterations, for benchmarks
+    real(rk) :: n_operations = 0
+    !> whether the workspace has these factors; if not, they are computed anew, with the same bits
+    logical :: is_factored = .false.
+    !> whether W was found to be finite
+    logical :: is_checked = .false.
+    !> order of the factors; place of a row in them, 0: none; shape (capacity)
+    integer :: n = 0
+    integer, allocatable :: places(:)
+    !> dependent and independent numbers of all rows, and the forces without openings; shapes (capacity)
+    real(rk), allocatable :: y(:)
+    real(rk), allocatable :: z(:)
+    !> directions of a search, and what they change in y; shape (capacity, most_searched + 1)
+    real(rk), allocatable :: basis(:, :)
+    real(rk), allocatable :: images(:, :)
+  contains
+    procedure :: forget
+    procedure :: save
+    procedure :: restore
+  end type kept_factors_t
+
   !> Work space for one problem after the other. It grows to the largest problem. Two threads must not use the same one.
   type :: friction_workspace_t
     integer :: capacity = 0
@@ -86,26 +137,15 @@ module sig_friction_types
     real(rk), allocatable :: softness(:)
     !> sets of states already seen, shape (contact_capacity, most_steps)
     integer, allocatable :: history(:, :)
-    !> unknowns of a step of Newton's method: each is a sum of forces of up to three rows. The first n_equation of these parts make
-    !> its equation. shapes (3, capacity) and (capacity)
-    integer, allocatable :: parts(:, :)
-    real(rk), allocatable :: shares(:, :)
-    integer, allocatable :: n_parts(:)
-    integer, allocatable :: n_equation(:)
-    !> [length/force] added to the diagonal, shape (capacity)
-    real(rk), allocatable :: extra(:)
-    !> [force] forces if all contacts are closed and stick, shape (capacity)
-    real(rk), allocatable :: base(:)
-    !> rows that open, of a step that solves for openings; share of the openings of both rows of a contact in each condition; shapes
-    !> (capacity) and (2, capacity)
-    integer, allocatable :: opened(:)
-    real(rk), allocatable :: opening_shares(:, :)
+    !> unknowns of a step of Newton's method with their equations, shape (capacity)
+    type(friction_unknown_t), allocatable :: unknowns(:)
     !> factors, pivots, right-hand side, signs for the estimate of the condition number
     real(rk), allocatable :: factors(:, :)
     integer, allocatable :: pivots(:)
     real(rk), allocatable :: x(:)
     real(rk), allocatable :: work(:)
     integer, allocatable :: signs(:)
+    type(kept_factors_t) :: kept
     !> for problems without friction
     type(lcp_workspace_t) :: lcp
     type(lcp_solution_t) :: lcp_solution
@@ -155,12 +195,12 @@ contains
 
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
       if (n > self%capacity) then
-        if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%parts, self%shares, self%n_parts, &
-          self%n_equation, self%extra, self%base, self%opened, self%opening_shares, self%factors, self%pivots, self%x, &
-          self%work, self%signs)
-        allocate (self%free(n), self%w(n), self%row_size(n), self%parts(3, n), self%shares(3, n), self%n_parts(n), &
-          self%n_equation(n), self%extra(n), self%base(n), self%opened(n), self%opening_shares(2, n), self%factors(n, n), &
-          self%pivots(n), self%x(n), self%work(n), self%signs(n))
+        if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%unknowns, self%factors, self%pivots, self%x, &
+          self%work, self%signs, self%kept%places, self%kept%y, self%kept%z, self%kept%basis, self%kept%images)
+        allocate (self%free(n), self%w(n), self%row_size(n), self%unknowns(n), self%factors(n, n), self%pivots(n), self%x(n), &
+          self%work(n), self%signs(n), self%kept%places(n), self%kept%y(n), self%kept%z(n), &
+          self%kept%basis(n, most_searched + 1), self%kept%images(n, most_searched))
+        call self%kept%forget()
         self%capacity = n
       end if
       if (n_contacts > self%contact_capacity) then
@@ -171,6 +211,56 @@ contains
       end if
     end associate
   end subroutine reserve
+
+  !> Begins a history, or goes on with another matrix.
+  pure subroutine forget(self)
+    class(kept_factors_t), intent(inout) :: self
+
+    self%is_set = .false.
+    self%is_factored = .false.
+    self%is_checked = .false.
+    self%is_inverse = .false.
+    self%spent = 0
+  end subroutine forget
+
+  !> Gives the numbers that the factors are computed from; zeros where there are none.
+  pure subroutine save(self, numbers)
+    class(kept_factors_t), intent(in) :: self
+    !> shape (3 + 5 n_contacts)
+    real(rk), intent(out) :: numbers(:)
+
+    numbers = 0
+    if (.not. self%is_set) return
+    numbers(:3) = [1.0_rk, merge(1.0_rk, 0.0_rk, self%is_inverse), self%spent]
+    numbers(4:) = [self%friction, real(self%states, rk), reshape(self%directions, [size(self%directions)]), self%softness]
+  end subroutine save
+
+  !> Goes back to what `save` gave. is_valid: the numbers are such; otherwise this is `forget`.
+  pure subroutine restore(self, numbers, is_valid)
+    class(kept_factors_t), intent(inout) :: self
+    real(rk), intent(in) :: numbers(:)
+    logical, intent(out) :: is_valid
+    real(rk) :: present(size(numbers))
+    integer :: k, n
+
+    call self%save(present)
+    is_valid = .true.
+    if (all(abs(numbers - present) <= 0)) return
+    call self%forget()
+    n = (size(numbers) - 3) / 5
+    is_valid = any(abs(numbers(1) - [0, 1]) <= 0) .and. any(abs(numbers(2) - [0, 1]) <= 0) .and. numbers(3) >= 0
+    do k = 4 + n, 3 + 2 * n
+      is_valid = is_valid .and. any(abs(numbers(k) - [contact_open, contact_sticks, contact_slips]) <= 0)
+    end do
+    if (.not. is_valid) return
+    self%is_set = numbers(1) > 0
+    self%is_inverse = numbers(2) > 0
+    self%spent = numbers(3)
+    self%friction = numbers(4:3 + n)
+    self%states = nint(numbers(4 + n:3 + 2 * n))
+    self%directions = reshape(numbers(4 + 2 * n:3 + 4 * n), [2, n])
+    self%softness = numbers(4 + 4 * n:)
+  end subroutine restore
 
   !> Sets the weight of the equilibrium, 1 / max |N|, and c_n = 1 / W_nn and c_t = 1 / max W_tt of each contact. With motions, these
   !> are the diagonal entries of W + weight N N'.

@@ -60,6 +60,7 @@ module sig_friction_steps
   contains
     procedure :: begin
     procedure :: is_open
+    procedure :: n_operations
     procedure :: change_to_exact
     procedure :: save
     procedure :: restore
@@ -152,6 +153,15 @@ contains
     class(friction_memory_t), intent(inout) :: self
     type(friction_steps_t), intent(in) :: steps
 
+    call start_over(self, steps)
+    call self%workspace%kept%forget()
+  end subroutine begin
+
+  !> Does what `begin` does, but for kept factors.
+  pure subroutine start_over(self, steps)
+    class(friction_memory_t), intent(inout) :: self
+    type(friction_steps_t), intent(in) :: steps
+
     associate (n => steps%contacts%n_rows(), n_rows => steps%contacts%n_forces())
       if (allocated(self%origins)) then
         if (size(self%origins) /= n) deallocate (self%origins, self%openings, self%slip)
@@ -162,7 +172,7 @@ contains
     self%slip = 0
     self%has_begun = .false.
     self%solution%reason = -1
-  end subroutine begin
+  end subroutine start_over
 
   !> Solves the next step. memory%solution%reason says whether there is an answer (solve_friction). Requires: begin, and an answer
   !> of the last step.
@@ -202,7 +212,7 @@ contains
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
 
-    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n, self%inverse)
+    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n)
   end function count_answers
 
   !> Computes the derivatives of the answer of the last step in some directions; those of its openings count from the change of the
@@ -248,7 +258,7 @@ contains
   pure integer function n_remembered(self)
     class(friction_steps_t), intent(in) :: self
 
-    n_remembered = 1 + 2 * self%n_unknowns() + self%contacts%n_contacts
+    n_remembered = 1 + 2 * self%n_unknowns() + self%contacts%n_contacts + 3 + 5 * self%contacts%n_contacts
   end function n_remembered
 
   !> Sets the unknowns of sig_condensed [force]: forces, and in rows of anchors their scaled openings; shape (n_rows).
@@ -282,7 +292,8 @@ contains
                (self%laws%tangents(1, :) > 0 .or. .not. self%laws%friction_factors > 0)
   end function slipping
 
-  !> Gives what the next step depends on: whether there was a step, then its forces, openings and states. Requires: begin, and an
+  !> Gives what the next step depends on: whether there was a step, then its forces, openings and states, and what its kept factors
+  !> are computed from. Requires: begin, and an
   !> answer of the last step if there was one.
   pure subroutine save(self, numbers)
     class(friction_memory_t), intent(in) :: self
@@ -295,7 +306,10 @@ contains
     associate (n => size(self%origins))
       numbers(2:n + 1) = self%solution%lambda
       numbers(n + 2:2 * n + 1) = self%solution%openings
-      numbers(2 * n + 2:) = self%solution%states
+      associate (n_contacts => size(self%solution%states))
+        call self%workspace%kept%save(numbers(2 * n + 2:2 * n + 4 + 5 * n_contacts))
+        numbers(2 * n + 5 + 5 * n_contacts:) = self%solution%states
+      end associate
     end associate
   end subroutine save
 
@@ -308,21 +322,31 @@ contains
     logical, intent(out) :: is_valid
     integer :: k
 
-    call self%begin(steps)
+    call start_over(self, steps)
     is_valid = all(abs(numbers) <= huge(numbers)) .and. any(abs(numbers(1) - [0, 1]) <= 0)
+    if (.not. (is_valid .and. numbers(1) > 0)) call self%workspace%kept%forget()
     if (.not. (is_valid .and. numbers(1) > 0)) return
-    associate (n => size(self%origins))
-      do k = 2 * n + 2, size(numbers)
+    associate (n => size(self%origins), n_contacts => steps%contacts%n_contacts)
+      do k = 2 * n + 5 + 5 * n_contacts, size(numbers)
         is_valid = is_valid .and. any(abs(numbers(k) - [contact_open, contact_sticks, contact_slips]) <= 0)
       end do
+      if (is_valid) call self%workspace%kept%restore(numbers(2 * n + 2:2 * n + 4 + 5 * n_contacts), is_valid)
+      if (.not. is_valid) call self%workspace%kept%forget()
       if (.not. is_valid) return
       self%solution%lambda = numbers(2:n + 1)
       self%solution%openings = numbers(n + 2:2 * n + 1)
-      self%solution%states = nint(numbers(2 * n + 2:))
+      self%solution%states = nint(numbers(2 * n + 5 + 5 * n_contacts:))
     end associate
     self%solution%reason = reason_converged
     self%has_begun = .true.
   end subroutine restore
+
+  !> Returns the operations of all linear problems that this memory was used for [-], so far.
+  pure real(rk) function n_operations(self)
+    class(friction_memory_t), intent(in) :: self
+
+    n_operations = self%workspace%kept%n_operations
+  end function n_operations
 
   !> Returns which contacts are open; shape (n_contacts).
   pure function is_open(self)

@@ -93,9 +93,9 @@ def random_tables(kind, random):
     return tables
 
 
-def write_random_deck(folder, kind, friction, seed, n_increments=12):
+def write_random_deck(folder, kind, friction, seed, n_increments=12, n_across=None):
     """Mesh and deck; returns the path of the deck. 11 or 20 contacts, 7 of a loose block, whose sweeps are long."""
-    n_across = (7,) if kind.is_loose else {2: (11,), 3: (5, 4)}[kind.n_dim]
+    n_across = n_across or ((7,) if kind.is_loose else {2: (11,), 3: (5, 4)}[kind.n_dim])
     random = np.random.default_rng(seed)
     blocks(kind, n_across, seed).write(folder / "blocks.msh")
     up, axes = kind.n_dim - 1, "xyz"[: kind.n_dim]

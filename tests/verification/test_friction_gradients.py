@@ -14,6 +14,8 @@ from program import needs_library
 # rounding in the difference is 1e-7 of the derivative.
 STEPS = 1e-2 * 4.0 ** -np.arange(9)
 ALLOWED = 1e-6
+# [N per unit of a parameter] what rounding of forces of about 1 N leaves of a derivative that is 0
+ROUNDING = 1e-12
 KINDS = {"held by friction": LOOSE} | PLANE | SOLID
 
 
@@ -81,9 +83,10 @@ def test_random_histories(signorom, tmp_path, monkeypatch, figures, name):
                 wanted = difference(
                     model, given, parameter.name, parameter.maximum - parameter.minimum, times
                 )
-                if not wanted.any():
-                    # nothing has slipped, so that the coefficient of friction does not matter
-                    assert np.abs(gradient.multipliers[i]).max() <= 1e-12
+                if np.abs(wanted).max() <= ROUNDING:
+                    # all forces stay as they are: nothing has slipped, so that the coefficient of friction does not
+                    # matter, or all contacts slip on, so that how far they slip does not
+                    assert np.abs(gradient.multipliers[i]).max() <= ROUNDING
                     continue
                 error = np.linalg.norm(gradient.multipliers[i] - wanted)
                 worst = max(worst, error / np.linalg.norm(wanted))
