@@ -33,7 +33,7 @@ program benchmark_friction
   type(online_model_t) :: online
   type(error_t), allocatable :: error
   type(course_t) :: anew, kept
-  real(rk), allocatable :: openings(:, :), parameters(:), states(:, :), theta(:, :)
+  real(rk), allocatable :: parameters(:), states(:, :), theta(:, :)
   integer :: i, i_bad_point, i_bad_source, n_anew
 
   call get_command_argument(1, argument)
