@@ -69,6 +69,11 @@ def fuel_rod(point):
     return {"z": 0.0}, 2 * np.pi * 4.672 * point["h"] * point["P"]
 
 
+def pcmi(point):
+    """The coolant pushes along r alone; its force on the cladding is the measure."""
+    return {"z": 0.0}, 2 * np.pi * 4.7 * 6 * point["P"]
+
+
 # deck -> resultant of its loads at a point [force], and the size of what cancels where it is 0
 RESULTANTS = {
     "angle_bracket": angle_bracket,
@@ -77,6 +82,7 @@ RESULTANTS = {
     "dovetail": dovetail,
     "fuel_rod": fuel_rod,
     "hertz_cylinder": hertz_cylinder,
+    "pcmi": pcmi,
     "pellet_cladding": pellet_cladding,
     "pellet_cladding_clusters": pellet_cladding,
     "pellet_cladding_greedy": pellet_cladding,
