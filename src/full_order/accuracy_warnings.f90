@@ -300,5 +300,8 @@ contains
     if (kind == 'hhr') text = accuracy_advice(kind)
     if (kind == 'condensed') text = 'take reduction.displacement_tolerance: 0, which keeps all responses as they are if ' // &
       'reduction.max_full_order_size allows it'
+    if (kind == 'interpolated') text = 'take more training points, a larger reduction.max_full_order_size, or ' // &
+      'reduction.displacement_tolerance: 0, which interpolates the displacements of bodies with several varying constants, ' // &
+      'too, but without a known error'
   end function field_advice
 end module sig_accuracy_warnings
