@@ -5,6 +5,9 @@
 !> line through c along d: gap = (c - x) . d, for a sphere less sqrt(R^2 - s^2). Beyond its equator, s > R, a sphere continues as
 !> the plane through its equator: it acts as a hemispherical punch.
 !>
+!> The gap of a large sphere is a small difference of large numbers, and rounding would spoil its slopes over the parameters. So the
+!> root is written as R - depth, depth = s^2 / (R + sqrt(R^2 - s^2)), and R goes with c . d.
+!>
 !> At the equator the root has an infinite slope. So that the slope of a gap over each parameter is finite, the last tenth of the
 !> height over the plane is a wave. With t = 1 - (s / R)^2 and e = 0.1 this height is
 !>   R sqrt(t)                                                     where t > e^2, which is s < 0.995 R
@@ -38,7 +41,7 @@ contains
     type(string_t), intent(in) :: coordinate_names(:)
     !> [length] depends on the coordinates, and on the parameters if they move a sphere sideways or change its size
     type(value_config_t), intent(out) :: shape
-    !> [length] (point or center of the obstacle) . d, without coordinates; 0 if shape has taken it over
+    !> [length] (point of the obstacle) . d, or (center) . d - R, without coordinates; 0 if shape has taken it over
     type(value_config_t), intent(out) :: shift
     real(rk) :: direction(size(contact%direction))
     integer :: i
@@ -53,7 +56,10 @@ contains
       shape%text = shape%text // ' - ' // factor(direction(i)) // coordinate_names(i)%text
     end do
     shape%uses_coordinates = .true.
-    if (contact%obstacle%type == 'sphere') call take_off_cap(contact, direction, coordinate_names, shape)
+    if (contact%obstacle%type == 'sphere') then
+      call add_product(-1.0_rk, contact%obstacle%radius, shift)
+      call add_depth(contact, direction, coordinate_names, shape)
+    end if
     if (shape%uses_parameters .and. shift%uses_parameters) then
       shape%text = shape%text // ' + (' // shift%text // ')'
       shift = value_config_t(text='0')
@@ -77,52 +83,54 @@ contains
     sum%uses_parameters = sum%uses_parameters .or. value%uses_parameters
   end subroutine add_product
 
-  !> shape = shape - height over the plane through the equator, of R^2 - s^2, where s^2 sums the squares of q - (q . d) d with
-  !> q = x - c. Sets shape%uses_parameters: whether R does, or a component of c that is not along d.
-  pure subroutine take_off_cap(contact, direction, coordinate_names, shape)
+  !> shape = shape + depth below the top of the sphere at s, the length of the cross product of q = x - c and d. Sets
+  !> shape%uses_parameters: whether R does, or a component of c that is not along d.
+  pure subroutine add_depth(contact, direction, coordinate_names, shape)
     type(contact_config_t), intent(in) :: contact
     !> [-] unit vector d
     real(rk), intent(in) :: direction(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(value_config_t), intent(inout) :: shape
-    type(string_t) :: q(size(direction))
-    character(:), allocatable :: along, squared
-    integer :: i
+    character(:), allocatable :: squared
+    integer :: i, j
 
-    associate (sphere => contact%obstacle)
-      along = '0'
-      do i = 1, size(direction)
-        q(i)%text = '(' // coordinate_names(i)%text // ' - (' // sphere%place(i)%text // '))'
-        if (abs(direction(i)) > 0) along = along // ' + ' // factor(direction(i)) // q(i)%text
+    squared = '(0'
+    do i = 2, size(direction)
+      do j = 1, i - 1
+        if (any(abs(direction([i, j])) > 0)) squared = squared // ' + (0' // part(i, j) // part(j, i) // ')^2'
       end do
-      squared = '(' // sphere%radius%text // ')^2'
-      shape%uses_parameters = sphere%radius%uses_parameters
-      do i = 1, size(direction)
-        ! along an axis the other components alone are sideways
-        if (.not. abs(direction(i)) < 1) cycle
-        if (abs(direction(i)) > 0) then
-          squared = squared // ' - (' // q(i)%text // ' - ' // factor(direction(i)) // '(' // along // '))^2'
-        else
-          squared = squared // ' - ' // q(i)%text // '^2'
-        end if
-        shape%uses_parameters = shape%uses_parameters .or. sphere%place(i)%uses_parameters
-      end do
-      shape%text = shape%text // ' - ' // height_over_plane(squared, '(' // sphere%radius%text // ')')
-    end associate
-  end subroutine take_off_cap
+    end do
+    shape%uses_parameters = contact%obstacle%radius%uses_parameters .or. &
+      any(contact%obstacle%place%uses_parameters .and. abs(direction) < 1)
+    shape%text = shape%text // ' + ' // depth_below_top(squared // ')', '(' // contact%obstacle%radius%text // ')')
 
-  !> Returns the height of the sphere over the plane through its equator, as a text.
-  pure function height_over_plane(squared, radius) result(text)
-    !> R^2 - s^2, a sum without parentheses around it
+  contains
+
+    !> q_i d_j - q_j d_i is part(i, j) and part(j, i).
+    pure function part(i, j) result(text)
+      integer, intent(in) :: i, j
+      character(:), allocatable :: text
+
+      text = ''
+      if (abs(direction(j)) > 0) text = ' + ' // factor(sign(direction(j), direction(j) * (i - j))) // &
+        '(' // coordinate_names(i)%text // ' - (' // contact%obstacle%place(i)%text // '))'
+    end function part
+  end subroutine add_depth
+
+  !> Returns how far the sphere is below the plane through its top, as a text.
+  pure function depth_below_top(squared, radius) result(text)
+    !> s^2, in parentheses
     character(*), intent(in) :: squared
     !> R, in parentheses
     character(*), intent(in) :: radius
-    character(:), allocatable :: text
+    character(:), allocatable :: text, rest
 
-    text = '(' // squared // ' > ' // wave_start // '*' // radius // '^2 ? sqrt(' // squared // ') : ' // &
-      wave_height // '*' // radius // '*(1 - cos(' // wave_number // '*max((' // squared // ')/' // radius // '^2 - ' // &
-      wave_end // ', 0))))'
-  end function height_over_plane
+    rest = '(' // radius // '^2 - ' // squared // ')'
+    text = '(' // rest // ' > ' // wave_start // '*' // radius // '^2 ? ' // &
+      squared // '/(' // radius // ' + sqrt(' // rest // ')) : ' // &
+      radius // '*(1 - ' // wave_height // '*(1 - cos(' // wave_number // '*max(' // rest // '/' // radius // '^2 - ' // &
+      wave_end // ', 0)))))'
+  end function depth_below_top
 
   !> Returns a factor as a text, such as `(0.6)*`.
   pure function factor(number) result(text)

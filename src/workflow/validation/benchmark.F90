@@ -24,8 +24,9 @@ module sig_benchmark
   type :: benchmark_t
     !> the benchmark was run
     logical :: is_done = .false.
-    !> [s] wall time of the active set method per point (median), and of a query (the largest mean of a rank)
+    !> [s] wall time of the active set method per point (median); 0 where it cannot solve the problem, because contacts have friction
     real(rk) :: refactored_seconds = 0
+    !> [s] wall time of a query (the largest mean of a rank)
     real(rk) :: query_seconds = 0
   end type benchmark_t
 
@@ -36,9 +37,9 @@ module sig_benchmark
 
 contains
 
-  !> Measures the mean time of a query over all points (the largest of all ranks), and the median time of the active set method,
-  !> which solves each point anew on the whole mesh, at up to 5 of the points. Collective on all ranks; the result is the same on
-  !> each. Requires: one point or more.
+  !> Measures the mean time of a query over all points (the largest of all ranks), and, without friction, the median time of the
+  !> active set method, which solves each point anew on the whole mesh, at up to 5 of the points. Collective on all ranks; the result
+  !> is the same on each. Requires: one point or more.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -46,20 +47,23 @@ contains
     type(online_model_t), intent(in) :: online
     !> created for the model
     type(query_t), intent(inout) :: query
-    !> shape (n_parameters, n_points)
+    !> shape (n_parameters, n_points); the states of a history follow each other
     real(rk), intent(in) :: points(:, :)
     type(benchmark_t), intent(out) :: benchmark
     PetscErrorCode, intent(out) :: ierr
 
-    PetscCall(time_refactored(problem, groups, points, benchmark%refactored_seconds, ierr))
+    ierr = 0
+    if (.not. problem%laws%remembers()) then
+      PetscCall(time_refactored(problem, groups, points, benchmark%refactored_seconds, ierr))
+    end if
     call time_queries(online, query, points, benchmark%query_seconds)
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, benchmark%query_seconds, ierr))
     benchmark%is_done = .true.
   end subroutine run_benchmark
 
   !> Measures the time of a point without condensation: the active set method solves on the whole mesh in each step, by the linear
-  !> solver of the plan. The first group measures up to 5 points, spread evenly over all, and all ranks get the median. Collective
-  !> on all ranks.
+  !> solver of the plan. The first group measures up to 5 points, spread evenly over all, or one history of materials that flow; all
+  !> ranks get the median. Collective on all ranks.
   subroutine time_refactored(problem, groups, points, median, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups
@@ -70,10 +74,10 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(point_solver_t) :: solver
     type(solver_plan_t) :: plan
-    type(contact_state_t) :: state
     type(statistics_t) :: seconds
-    real(rk) :: times(min(n_timed_points, size(points, 2)))
-    integer :: i, i_point
+    type(contact_state_t), allocatable :: states(:)
+    real(rk) :: times(n_timed_points)
+    integer :: first, i, n, n_histories
 
     median = 0
     ierr = 0
@@ -81,13 +85,16 @@ contains
       plan = problem%plan
       plan%type = 'active_set'
       PetscCall(solver%create(problem, plan, groups%comm, ierr))
-      do i = 1, size(times)
-        i_point = 1 + (i - 1) * (size(points, 2) - 1) / max(1, size(times) - 1)
-        PetscCall(solver%solve(problem, points(:, i_point), state, ierr))
-        times(i) = state%seconds
+      n = solver%n_times()
+      allocate (states(n))
+      n_histories = min(merge(n_timed_points, 1, n == 1), size(points, 2) / n)
+      do i = 1, n_histories
+        first = 1 + (i - 1) * (size(points, 2) - 1) / max(1, n_histories - 1)
+        PetscCall(solver%solve_history(problem, points(:, first:first + n - 1), states, ierr))
+        times(i) = sum(states%seconds) / n
       end do
       PetscCall(solver%destroy(ierr))
-      seconds = summarize(times)
+      seconds = summarize(times(:n_histories))
       median = seconds%median
     end if
     PetscCall(max_over_ranks(PETSC_COMM_WORLD, median, ierr))

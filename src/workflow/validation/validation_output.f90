@@ -157,7 +157,8 @@ contains
   end function validation_warnings
 
   !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two
-  !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method.
+  !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method, unless
+  !> contacts have friction.
   !> Requires: the benchmark is done.
   subroutine report_benchmark(solver_type, outcome, report)
     !> type of the deck's solver, for the key
@@ -167,8 +168,9 @@ contains
 
     associate (benchmark => outcome%benchmark)
       call report%add('times/query', benchmark%query_seconds)
-      call report%add('times/refactored_per_point', benchmark%refactored_seconds)
       call report%add('speed_up/over_' // solver_type, outcome%full_order_seconds / benchmark%query_seconds)
+      if (.not. benchmark%refactored_seconds > 0) return
+      call report%add('times/refactored_per_point', benchmark%refactored_seconds)
       call report%add('speed_up/over_refactored', benchmark%refactored_seconds / benchmark%query_seconds)
     end associate
   end subroutine report_benchmark
