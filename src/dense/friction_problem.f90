@@ -7,6 +7,7 @@
 !> holds). Newton's method is fast; where it cycles, some sweeps of Gauss-Seidel give it another start.
 module sig_friction_problem
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_friction_holding, only: hold_unresisted_motions
   use sig_friction_newton, only: run_newton
   use sig_friction_sweeps, only: run_sweeps
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
@@ -46,6 +47,7 @@ contains
   !> - reason_ill_conditioned: the answer misses the equations by more than 1e-8 of the terms of a row;
   !> - reason_unsolved_friction: neither Newton's method nor the sweeps reach an answer.
   !>
+  !> Motions that no contact resists because f is 0, and on which the loads do no work, stay as they were (sig_friction_holding).
   !> Where no contact has friction or is tied and there are no motions, the answer is that of solve_lcp. All tolerances are
   !> relative, so units do not matter. With a workspace and a solution that were used before for a problem of this size, arrays of
   !> W's size are not allocated.
@@ -67,6 +69,7 @@ contains
     !> workspace%kept%forget; default: all are computed anew
     ! not contiguous: gfortran 12 reads the address of an absent contiguous argument to pass it on
     real(rk), intent(in), optional :: inverse(:, :)
+    real(rk), allocatable :: held(:, :)
     logical :: is_solved
     real(rk) :: f(contacts%n_contacts)
 
@@ -86,8 +89,14 @@ contains
       call solve_without_friction(matrix, contacts, solution, workspace)
     else
       call scale_projections(matrix, contacts, workspace)
-      call solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
-      call finish(matrix, f, contacts, is_solved, solution, workspace)
+      call hold_unresisted_motions(matrix, solution%lambda(contacts%n_forces() + 1:), f, contacts, workspace%free(:size(q)), held)
+      if (allocated(held)) then
+        call solve_from_start(held, f, contacts, solution, workspace, is_solved)
+        call finish(held, f, contacts, is_solved, solution, workspace)
+      else
+        call solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
+        call finish(matrix, f, contacts, is_solved, solution, workspace)
+      end if
     end if
     if (solution%reason == reason_converged) call set_openings(origins, contacts, solution, workspace)
   end subroutine solve_friction

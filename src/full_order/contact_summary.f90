@@ -96,7 +96,9 @@ contains
     real(rk), intent(in) :: noise
     character(*), intent(in) :: unit
     character(:), allocatable :: text
-    real(rk) :: smallest, largest
+    real(rk), allocatable :: needed(:, :)
+    integer, allocatable :: used(:)
+    real(rk) :: at_point(size(gaps, 2)), smallest, largest
     integer :: i, i_point
 
     text = ''
@@ -104,12 +106,13 @@ contains
     smallest = huge(smallest)
     largest = -huge(largest)
     ! if there are many terms, most of them belong to a load, and no gap needs them
-    associate (used => pack([(i, i=1, size(gaps, 1))], any(abs(gaps) > 0, dim=2)))
-      do i_point = 1, size(theta, 2)
-        smallest = min(smallest, minval(matmul(theta(used, i_point), gaps(used, :))))
-        largest = max(largest, maxval(matmul(theta(used, i_point), gaps(used, :))))
-      end do
-    end associate
+    used = pack([(i, i=1, size(gaps, 1))], any(abs(gaps) > 0, dim=2))
+    needed = gaps(used, :)
+    do i_point = 1, size(theta, 2)
+      at_point = matmul(theta(used, i_point), needed)
+      smallest = min(smallest, minval(at_point))
+      largest = max(largest, maxval(at_point))
+    end do
     if (abs(smallest) <= noise) smallest = 0
     if (abs(largest) <= noise) largest = 0
     text = ', gaps ' // short_number(smallest, fine_digits) // ' to ' // short_number(largest, fine_digits) // ' ' // unit

@@ -125,8 +125,8 @@ contains
       bodies = moving_bodies(problem%deck, problem%mesh, problem%motions, loose)
       call append_text(warnings, 'the coefficient of friction is 0 at ' // &
         format_point(problem%deck%state_parameters, points(:, i)) // ', and nothing else holds ' // join(bodies, ', ') // &
-        ': with a load along such a motion there is no equilibrium, and without one there may be no answer either; hold it ' // &
-        'by a support, or by friction from the beginning')
+        ': with a load along such a motion there is no equilibrium; without one the body stays where it is; hold it by a ' // &
+        'support, or by friction from the beginning')
       exit
     end do
   end subroutine add_missing_friction

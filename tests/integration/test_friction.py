@@ -373,7 +373,20 @@ def test_friction_that_is_missing(signorom, tmp_path):
     said = signorom.run("check", deck, folder=tmp_path).stderr
     assert "the coefficient of friction is 0 at P = 1.0 Pa, time = 0.5 h" in said
     assert "and nothing else holds 'upper' (translation in x): with a load" in said
+    # its loads do no work on this motion: the forces are those of a deck without the key
+    signorom("solve", deck, folder=tmp_path)
+    found = read_table(tmp_path / "results" / "part" / "history.csv")
+    text = deck.read_text()
+    deck.write_text(text.replace(", friction: 0", ""))
+    signorom("solve", deck, folder=tmp_path)
+    wanted = read_table(tmp_path / "results" / "part" / "history.csv")
+    names = [name for name in wanted if name.startswith("lambda_")]
+    assert names
+    for name in names:
+        np.testing.assert_allclose(found[name], wanted[name], rtol=1e-9)
+        assert np.abs(found[name.replace("lambda", "tau")]).max() == 0
     # the block is held: nothing to say
+    deck.write_text(text)
     support = "boundary_conditions: [{boundary: left, displacement: {x: 0}}, "
     deck.write_text(deck.read_text().replace("boundary_conditions: [", support))
     assert "coefficient of friction" not in signorom.run("check", deck, folder=tmp_path).stderr
