@@ -17,6 +17,10 @@ void sig_multiply(int m, int n, double alpha, const double *a, int lda, const do
  */
 void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x, double *y);
 
+/* y += a x, and sizes += the sizes of all terms of this sum. Columns that belong to zeros in x are not read. Shapes
+   (m, n), (n), (m), (m). */
+void sig_add_columns_and_sizes(int m, int n, const double *a, int lda, const double *x, double *y, double *sizes);
+
 /* y = alpha a' x + beta y, shapes (m, n), (m), (n). */
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
                             double *y);

@@ -9,7 +9,8 @@ module sig_dense_kernels
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: multiply, multiply_transpose, add_few_columns, add_product, add_transposed_product, transposed_product
+  public :: multiply, multiply_transpose, add_few_columns, add_columns_and_sizes
+  public :: add_product, add_transposed_product, transposed_product
   public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reduce_cholesky
   public :: reciprocal_condition_cholesky
   public :: largest_size, sum_of_sizes
@@ -34,6 +35,13 @@ module sig_dense_kernels
       real(c_double), intent(in) :: a(*), x(*)
       real(c_double), intent(inout) :: y(*)
     end subroutine sig_add_few_columns
+
+    pure subroutine sig_add_columns_and_sizes(m, n, a, lda, x, y, sizes) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value, intent(in) :: m, n, lda
+      real(c_double), intent(in) :: a(*), x(*)
+      real(c_double), intent(inout) :: y(*), sizes(*)
+    end subroutine sig_add_columns_and_sizes
 
     pure subroutine sig_reduce_cholesky(n, factor, ldf, b) bind(c)
       import :: c_double, c_int
@@ -144,6 +152,20 @@ contains
 
     call sig_add_few_columns(size(y), size(x), a, size(a, 1), x, y)
   end subroutine add_few_columns
+
+  !> Computes y = y + a x, and adds the sizes of all terms of this sum to sizes. Columns that belong to zeros in x are not read.
+  pure subroutine add_columns_and_sizes(a, x, y, sizes)
+    !> shape (m, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> shape (m)
+    real(rk), contiguous, intent(inout) :: y(:)
+    !> shape (m)
+    real(rk), contiguous, intent(inout) :: sizes(:)
+
+    call sig_add_columns_and_sizes(size(y), size(x), a, size(a, 1), x, y, sizes)
+  end subroutine add_columns_and_sizes
 
   !> Computes y = alpha a' x + beta y, without a temporary array.
   subroutine multiply_transpose(alpha, a, x, beta, y)

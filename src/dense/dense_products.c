@@ -166,6 +166,22 @@ void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x
   for (int k = 0; k < n_found; k++) sig_add_columns(m, 1, columns[k], lda, t + k, y);
 }
 
+SIG_FOR_EACH_PROCESSOR
+static void add_column_and_sizes(int m, const double *restrict a, double t, double *restrict y,
+                                 double *restrict sizes) {
+  for (int i = 0; i < m; i++) {
+    const double part = a[i] * t;
+    y[i] += part;
+    sizes[i] += fabs(part);
+  }
+}
+
+void sig_add_columns_and_sizes(int m, int n, const double *a, int lda, const double *x, double *y, double *sizes) {
+  for (int j = 0; j < n; j++) {
+    if (x[j] != 0) add_column_and_sizes(m, a + (ptrdiff_t)j * lda, x[j], y, sizes);
+  }
+}
+
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
                             double *y) {
   double products[64];

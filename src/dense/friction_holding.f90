@@ -66,20 +66,21 @@ contains
     real(rk), intent(in) :: least
     real(rk), allocatable :: free(:, :)
     real(rk), allocatable :: products(:, :), shares(:)
-    integer, allocatable :: chosen(:), others(:)
+    integer, allocatable :: others(:)
     logical :: is_singular
     integer :: i
 
-    chosen = independent_columns(openings, least)
-    others = pack([(i, i=1, size(openings, 2))], [(all(chosen /= i), i=1, size(openings, 2))])
-    allocate (free(size(openings, 2), size(others)), source=0.0_rk)
-    products = matmul(transpose(openings(:, chosen)), openings)
-    allocate (shares(size(chosen)))
-    do i = 1, size(others)
-      call solve_dense(products(:, chosen), products(:, others(i)), shares, is_singular)
-      free(chosen, i) = -shares
-      free(others(i), i) = 1
-      free(:, i) = free(:, i) / norm2(free(:, i))
-    end do
+    associate (chosen => independent_columns(openings, least))
+      others = pack([(i, i=1, size(openings, 2))], [(all(chosen /= i), i=1, size(openings, 2))])
+      allocate (free(size(openings, 2), size(others)), source=0.0_rk)
+      allocate (shares(size(chosen)))
+      products = matmul(transpose(openings(:, chosen)), openings)
+      do i = 1, size(others)
+        call solve_dense(products(:, chosen), products(:, others(i)), shares, is_singular)
+        free(chosen, i) = -shares
+        free(others(i), i) = 1
+        free(:, i) = free(:, i) / norm2(free(:, i))
+      end do
+    end associate
   end function unresisted_motions
 end module sig_friction_holding

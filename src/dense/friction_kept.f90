@@ -186,7 +186,7 @@ contains
 
   !> Computes the factors that are remembered.
   subroutine restore_factors(square, contacts, workspace, is_singular)
-    real(rk), intent(in) :: square(:, :)
+    real(rk), contiguous, intent(in) :: square(:, :)
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_singular
@@ -208,7 +208,7 @@ contains
 
   !> Factors the matrix of the unknowns, and finds whether it is numerically singular.
   subroutine factor(square, n, workspace, is_singular)
-    real(rk), intent(in) :: square(:, :)
+    real(rk), contiguous, intent(in) :: square(:, :)
     integer, intent(in) :: n
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_singular

@@ -13,7 +13,7 @@ module sig_friction_newton
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: run_newton
+  public :: is_given, run_newton
 
   !> where directions change, the method ends after this number of steps without a new lowest residual
   integer, parameter :: patience = 8
@@ -35,8 +35,9 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    !> of W, shape (n_rows, n_rows); default: steps do without it and without kept factors. With it: w belongs to lambda
-    real(rk), intent(in), optional :: inverse(:, :)
+    !> of W, shape (n_rows, n_rows); default, or not allocated: steps do without it and without kept
+    !> factors. With it: w belongs to lambda
+    real(rk), allocatable, intent(in), optional :: inverse(:, :)
     logical :: is_rounded, is_singular
     integer :: i_lowest, i_step
 
@@ -47,7 +48,7 @@ contains
     do i_step = 1, most_steps
       if (was_seen(contacts, workspace, i_step) .and. .not. is_rounded) return
       solution%states = workspace%states(:contacts%n_contacts)
-      if (present(inverse)) then
+      if (is_given(inverse)) then
         call solve_kept(matrix, inverse, friction, contacts, merge(left_to_next, 0.0_rk, can_turn(contacts, workspace)), &
           solution%lambda, workspace, is_singular)
       else
@@ -57,7 +58,7 @@ contains
       if (is_singular) return
       solution%n_steps = solution%n_steps + 1
       call project(friction, contacts, solution%lambda, workspace, solution%residual)
-      if (present(inverse) .and. solution%residual <= workspace%tolerance) then
+      if (is_given(inverse) .and. solution%residual <= workspace%tolerance) then
         ! the last word has W; what rounding in its inverse leaves, one more step of the same states removes
         call remove_rounding(solution%states, friction, contacts, solution%lambda)
         call sum_up(matrix, solution%lambda, workspace)
@@ -72,6 +73,14 @@ contains
       if (i_step - i_lowest >= patience .and. can_turn(contacts, workspace)) return
     end do
   end subroutine run_newton
+
+  !> Whether there is an inverse of W. An allocatable argument is never copied.
+  pure logical function is_given(inverse)
+    real(rk), allocatable, intent(in), optional :: inverse(:, :)
+
+    is_given = present(inverse)
+    if (is_given) is_given = allocated(inverse)
+  end function is_given
 
   !> Whether the states of the workspace are those of an earlier step, and no direction can change. Keeps them. A set is known by
   !> its states and by the signs of its directions.

@@ -8,7 +8,7 @@
 module sig_friction_problem
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_friction_holding, only: hold_unresisted_motions
-  use sig_friction_newton, only: run_newton
+  use sig_friction_newton, only: is_given, run_newton
   use sig_friction_sweeps, only: run_sweeps
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
     friction_workspace_t, project, scale_projections, sum_up
@@ -67,8 +67,7 @@ contains
     type(friction_workspace_t), intent(inout) :: workspace
     !> of W, same shape. With it steps are fast, and use what earlier ones left: then W is that of the calls before, since
     !> workspace%kept%forget; default: all are computed anew
-    ! not contiguous: gfortran 12 reads the address of an absent contiguous argument to pass it on
-    real(rk), intent(in), optional :: inverse(:, :)
+    real(rk), allocatable, intent(in), optional :: inverse(:, :)
     real(rk), allocatable :: held(:, :)
     logical :: is_solved
     real(rk) :: f(contacts%n_contacts)
@@ -78,7 +77,7 @@ contains
     solution%n_steps = 0
     solution%n_rounds = 0
     call workspace%reserve(contacts)
-    if (.not. present(inverse)) call workspace%kept%forget()
+    if (.not. is_given(inverse)) call workspace%kept%forget()
     if (.not. workspace%kept%is_checked) workspace%kept%is_checked = is_finite(matrix)
     if (.not. (workspace%kept%is_checked .and. are_finite(q, origins, f, contacts))) then
       call give_up(reason_not_finite, solution)
@@ -197,7 +196,7 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    real(rk), intent(in), optional :: inverse(:, :)
+    real(rk), allocatable, intent(in), optional :: inverse(:, :)
     real(rk) :: swept(size(matrix, 1))
     integer :: i_round
     logical :: is_swept
@@ -282,10 +281,10 @@ contains
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
-    real(rk), intent(in), optional :: inverse(:, :)
+    real(rk), allocatable, intent(in), optional :: inverse(:, :)
 
     workspace%tolerance = rounding
-    if (present(inverse)) then
+    if (is_given(inverse)) then
       call run_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
       ! where Newton's method is far from an answer, it is not for rounding
       if (is_solved .or. workspace%lowest > far) return

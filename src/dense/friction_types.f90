@@ -10,6 +10,7 @@
 !> for any c > 0; P_r is the projection onto the interval or disc of radius r. A tied contact has w_n = 0 and v = 0. Bodies that
 !> only contact holds have motions: further unknowns without a sign, whose rows are the equilibrium of these bodies, w = 0.
 module sig_friction_types
+  use sig_dense_kernels, only: add_columns_and_sizes
   use sig_kinds, only: rk
   use sig_lcp_types, only: lcp_solution_t, lcp_workspace_t
   use sig_reasons, only: reason_not_finite
@@ -291,23 +292,16 @@ contains
   !> Computes in the workspace w = W lambda + free and the sum of the sizes of the terms of each row.
   pure subroutine sum_up(matrix, lambda, workspace)
     !> W, shape (n_rows, n_rows)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> [force] shape (n_rows)
-    real(rk), intent(in) :: lambda(:)
+    real(rk), contiguous, intent(in) :: lambda(:)
     type(friction_workspace_t), intent(inout) :: workspace
-    real(rk) :: part
-    integer :: i, j
 
-    workspace%w(:size(lambda)) = workspace%free(:size(lambda))
-    workspace%row_size(:size(lambda)) = abs(workspace%free(:size(lambda)))
-    do j = 1, size(lambda)
-      if (abs(lambda(j)) <= 0) cycle
-      do i = 1, size(lambda)
-        part = matrix(i, j) * lambda(j)
-        workspace%w(i) = workspace%w(i) + part
-        workspace%row_size(i) = workspace%row_size(i) + abs(part)
-      end do
-    end do
+    associate (n => size(lambda))
+      workspace%w(:n) = workspace%free(:n)
+      workspace%row_size(:n) = abs(workspace%free(:n))
+      call add_columns_and_sizes(matrix, lambda, workspace%w(:n), workspace%row_size(:n))
+    end associate
   end subroutine sum_up
 
   !> Sets the states, the directions and the softness of all contacts by the projection of y, and computes the natural residual.
@@ -358,8 +352,8 @@ contains
       radius = friction(k) * projected
       y = 0
       y(:n) = lambda(rows) - c(2) * w(rows)
-      force = norm2(y)
-      call set_state(projected, radius, y, c(2), n, workspace, k)
+      force = hypot(y(1), y(2))
+      call set_state(projected, radius, y, force, c(2), n, workspace, k)
       if (force > radius) y = radius * (y / force)
       if (n > 0) call compare(norm2(lambda(rows) - y(:n)) / c(2), maxval(sizes(rows)), residual)
     end associate
@@ -367,21 +361,22 @@ contains
 
   !> Sets the state of contact k, and where it slips the direction of y and the softness (1 - b) / (b c) with b = r / |y|: the
   !> derivative of r y / |y| across y is b, so that lambda_e = b (lambda_e - c v_e) there.
-  pure subroutine set_state(normal, radius, y, c, n_tangents, workspace, k)
+  pure subroutine set_state(normal, radius, y, force, c, n_tangents, workspace, k)
     !> [force] max(0, y_n)
     real(rk), intent(in) :: normal
     !> [force] r
     real(rk), intent(in) :: radius
     !> [force] y_t, shape (2)
     real(rk), intent(in) :: y(:)
+    !> [force] |y_t|
+    real(rk), intent(in) :: force
     !> [force/length] c_t
     real(rk), intent(in) :: c
     integer, intent(in) :: n_tangents
     type(friction_workspace_t), intent(inout) :: workspace
     integer, intent(in) :: k
-    real(rk) :: force, share
+    real(rk) :: share
 
-    force = norm2(y)
     workspace%states(k) = contact_open
     if (.not. normal > 0) return
     workspace%states(k) = contact_slips

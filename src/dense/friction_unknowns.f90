@@ -10,6 +10,7 @@
 !> Most entries of z are known to be 0: forces of open contacts, or openings of those that stick. The others are sums of a few
 !> unknowns x: forces of closed contacts and motions, or openings of contacts that do not stick.
 module sig_friction_unknowns
+  use sig_dense_kernels, only: add_few_columns, sum_of_sizes
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_unknown_t
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -144,36 +145,64 @@ contains
   end subroutine add_slips
 
   !> Computes the matrix of the equations.
-  pure subroutine assemble(matrix, unknowns, square, norm)
+  subroutine assemble(matrix, unknowns, square, norm)
     !> W or A, shape (n_rows, n_rows)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     type(friction_unknown_t), intent(in) :: unknowns(:)
     !> shape (>= n, >= n)
-    real(rk), intent(inout) :: square(:, :)
+    real(rk), contiguous, intent(inout) :: square(:, :)
     !> its 1-norm
     real(rk), intent(out) :: norm
     real(rk) :: column(size(matrix, 1))
     integer :: a, i, j
+    integer :: homes(size(unknowns)), sums(size(unknowns)), n_sums
 
+    homes = unknowns%home
+    call find_sums(unknowns, sums, n_sums)
     norm = 0
     do j = 1, size(unknowns)
-      column = unknowns(j)%moves(1) * matrix(:, unknowns(j)%rows(1))
-      do a = 2, unknowns(j)%n_rows
-        column = column + unknowns(j)%moves(a) * matrix(:, unknowns(j)%rows(a))
-      end do
-      do i = 1, size(unknowns)
-        square(i, j) = unknowns(i)%of_y(1) * column(unknowns(i)%rows(1))
-        do a = 2, unknowns(i)%n_rows
-          square(i, j) = square(i, j) + unknowns(i)%of_y(a) * column(unknowns(i)%rows(a))
+      associate (one => unknowns(j))
+        column = 0
+        do a = 1, one%n_rows
+          if (abs(one%moves(a)) > 0) call add_few_columns(matrix(:, one%rows(a):one%rows(a)), one%moves(a:a), column)
         end do
+      end associate
+      do i = 1, size(homes)
+        square(i, j) = column(homes(i))
+      end do
+      do i = 1, n_sums
+        associate (one => unknowns(sums(i)))
+          square(sums(i), j) = dot_product(one%of_y(:one%n_rows), column(one%rows(:one%n_rows)))
+        end associate
       end do
       do i = max(1, j - 2), min(size(unknowns), j + 2)
         if (unknowns(i)%rows(1) == unknowns(j)%rows(1)) &
           square(i, j) = square(i, j) + dot_product(unknowns(i)%of_z, unknowns(j)%moves)
       end do
-      norm = max(norm, sum(abs(square(:size(unknowns), j))))
+      norm = max(norm, sum_of_sizes(square(:size(unknowns), j)))
     end do
   end subroutine assemble
+
+  !> Finds the unknowns in whose equations other entries of y than that of their own row stand.
+  pure subroutine find_sums(unknowns, sums, n_sums)
+    type(friction_unknown_t), intent(in) :: unknowns(:)
+    !> 1-based, shape (n)
+    integer, intent(out) :: sums(:)
+    integer, intent(out) :: n_sums
+    integer :: a, i
+
+    n_sums = 0
+    do i = 1, size(unknowns)
+      associate (one => unknowns(i))
+        do a = 1, one%n_rows
+          if (abs(one%of_y(a) - merge(1.0_rk, 0.0_rk, one%rows(a) == one%home)) > 0) exit
+        end do
+        if (a > one%n_rows) cycle
+        n_sums = n_sums + 1
+        sums(n_sums) = i
+      end associate
+    end do
+  end subroutine find_sums
 
   !> Sets z to what the unknowns make of it.
   pure subroutine fill_independent(unknowns, x, z)
