@@ -7,6 +7,7 @@ program benchmark_friction
   use sig_answer, only: answer_t
   use sig_compliance, only: compliance_point_t
   use sig_condensed_model, only: condensed_model_t
+  use sig_dense_kernels, only: add_few_columns
   use sig_errors, only: error_report, error_t
   use sig_friction_steps, only: friction_memory_t, friction_steps_t
   use sig_history, only: states_of
@@ -21,6 +22,8 @@ program benchmark_friction
   !> of one way to solve, at each time: CPU time [s], steps, operations, forces
   type :: course_t
     real(rk), allocatable :: seconds(:)
+    !> CPU time [s] of one product of W and the forces
+    real(rk), allocatable :: of_product(:)
     integer, allocatable :: n_steps(:)
     real(rk), allocatable :: operations(:)
     real(rk), allocatable :: forces(:, :)
@@ -68,6 +71,8 @@ program benchmark_friction
     maxval(abs(kept%forces(:, :n_anew) - anew%forces)) / maxval(abs(anew%forces))
   call tell('anew', anew)
   call tell('kept', kept)
+  print '(a, f0.1, a)', 'products of W and the forces, one per step: median ', 1.0e6_rk * median(kept%n_steps * kept%of_product), &
+    ' us per time'
   print '(a, f0.1)', 'operations of linear problems, anew over kept: ', sum(anew%operations) / sum(kept%operations(:n_anew))
   call ask()
 
@@ -90,7 +95,7 @@ contains
     call part%compliance%evaluate(theta(:, 1), point, is_valid)
     call steps%create(part%laws, part%compliance%anchors, part%compliance%scale, part%compliance%matrix(point), keeps)
     associate (n => size(theta, 2))
-      allocate (course%seconds(n), source=huge(first))
+      allocate (course%seconds(n), course%of_product(n), source=huge(first))
       allocate (course%n_steps(n), course%operations(n), course%forces(size(point%opening), n))
     end associate
     call cpu_time(first)
@@ -107,10 +112,29 @@ contains
         course%n_steps(i) = memory%solution%n_steps
         course%operations(i) = memory%n_operations() - before
         course%forces(:, i) = memory%solution%lambda(:size(point%opening))
+        course%of_product(i) = min(course%of_product(i), time_product(part%compliance%matrix(point), course%forces(:, i)))
       end do
       if (end - first > long_enough) return
     end do
   end subroutine walk
+
+  !> Returns the CPU time [s] of one product of W and forces.
+  real(rk) function time_product(matrix, forces) result(seconds)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: forces(:)
+    integer, parameter :: n = 10
+    real(rk) :: end, openings(size(forces)), start
+    integer :: i
+
+    openings = 0
+    call cpu_time(start)
+    do i = 1, n
+      call add_few_columns(matrix, forces, openings)
+    end do
+    call cpu_time(end)
+    seconds = (end - start) / n
+    if (.not. maxval(abs(openings)) < huge(seconds)) error stop 'a product is not finite'
+  end function time_product
 
   !> Times queries of the whole history.
   subroutine ask()
