@@ -39,7 +39,7 @@ module sig_study
   use sig_time_error, only: estimate_time_error, time_error_t
   use sig_clock, only: wall_time
   use sig_validation, only: validate, validation_t
-  use sig_verdict, only: judge_validation, judgment_t, validation_table, verdict_t
+  use sig_verdict, only: estimate_sentence, judge_validation, judgment_t, validation_table, verdict_t
   use sig_validation_output, only: keep_statistics, report_validation, warn_of_errors, write_validation_table
   use petsc
   implicit none(type, external)
@@ -50,8 +50,8 @@ module sig_study
   integer, parameter :: key_length = 26
   character(*), parameter :: train_keys(4) = [character(key_length) :: 'sampling', 'iterations', 'residuals', 'refinement']
   character(*), parameter :: model_keys(1) = [character(key_length) :: 'reduction']
-  character(*), parameter :: error_keys(7) = [character(key_length) :: 'errors', 'answers', 'speed_up', 'times/query', &
-    'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
+  character(*), parameter :: error_keys(8) = [character(key_length) :: 'errors', 'histories', 'answers', 'speed_up', &
+    'times/query', 'times/full_order_setup', 'times/full_order_per_point', 'times/refactored_per_point']
   character(*), parameter :: field_keys(3) = [character(key_length) :: 'points', 'deformations', 'time_error']
 
 contains
@@ -279,6 +279,10 @@ contains
       new_line('a') // validation_table(outcome, verdict))
     call log_judgment('forces ', verdict%forces)
     call log_judgment('fields ', verdict%fields)
+    if (outcome%n_times > 0) then
+      call log_judgment('strains ', verdict%strains)
+      call log_info(estimate_sentence(outcome))
+    end if
     call warn_of_unsolved(session%deck, outcome)
     if (any(outcome%reason_full_order /= reason_converged) .or. verdict%n_unanswered > 0) session%exit_code = exit_not_converged
   end subroutine keep_validation

@@ -25,7 +25,6 @@ contains
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     character(:), allocatable :: complaint
-    integer :: i
 
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
@@ -56,9 +55,12 @@ contains
       'is ' // to_text(config%validation%accepted_forces) // '; it must be greater than 0')
     if (.not. config%validation%accepted_fields > 0) call tree%report_at('validation.accept_fields', &
       'is ' // to_text(config%validation%accepted_fields) // '; it must be greater than 0')
+    if (.not. config%validation%accepted_strains > 0) call tree%report_at('validation.accept_strains', &
+      'is ' // to_text(config%validation%accepted_strains) // '; it must be greater than 0')
     call check_clusters(tree, config)
+    call check_indicator(tree, config)
     if (config%history%states%is_there()) call refuse_selection(tree, config)
-    if (any([(config%materials(i)%flows(), i=1, size(config%materials))])) call refuse_hyper_reduction(tree, config)
+    if (flows(config)) call refuse_hyper_reduction(tree, config)
     call check_reduction(tree, config%reduction)
     call check_output_points(tree, config%parameters, config%output%points)
     call check_petsc_options(tree, config%petsc_options)
@@ -163,14 +165,39 @@ contains
     end associate
   end subroutine check_clusters
 
+  !> Whether some material yields or creeps.
+  pure logical function flows(config)
+    type(deck_config_t), intent(in) :: config
+    integer :: i
+
+    flows = any([(config%materials(i)%flows(), i=1, size(config%materials))])
+  end function flows
+
+  !> Checks that the indicator of a greedy selection is that of the materials: audit where they flow, and only there.
+  subroutine check_indicator(tree, config)
+    type(deck_tree_t), intent(inout) :: tree
+    type(deck_config_t), intent(in) :: config
+
+    if (.not. config%greedy%is_used) return
+    if (flows(config) .and. config%greedy%indicator /= 'audit') then
+      call tree%report_at('training.greedy.indicator', 'is ''' // config%greedy%indicator // '''; where materials yield or ' // &
+        'creep it must be audit: whole histories are chosen, by the error that the model estimates of itself', &
+        'leave indicator out')
+    else if (config%greedy%indicator == 'audit' .and. .not. flows(config)) then
+      call tree%report_at('training.greedy.indicator', 'is ''audit'', but no material yields or creeps; it must be projection ' // &
+        'or defect')
+    end if
+  end subroutine check_indicator
+
   !> Refuses what chooses single states of a history, or divides their box into cells.
   subroutine refuse_selection(tree, config)
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(in) :: config
     character(*), parameter :: reason = ' does not go with history; '
 
-    if (config%greedy%is_used) call tree%report_at('training.greedy', 'is given, and a greedy selection' // reason // &
-      'give the training points by grid, sobol, latin_hypercube or file')
+    if (config%greedy%is_used .and. .not. flows(config)) call tree%report_at('training.greedy', 'is given, and a greedy ' // &
+      'selection' // reason // 'give the training points by grid, sobol, latin_hypercube or file', &
+      'it chooses histories only where materials yield or creep')
     if (config%clusters%target%is_used) call tree%report_at('clusters.target', 'is given, and a target' // reason // &
       'give the number of clusters')
     if (config%clusters%number /= 1 .and. config%clusters%method == 'regular') call tree%report_at('clusters', &
@@ -237,6 +264,7 @@ contains
 
     call check_tolerance(tree, 'reduction.pod_tolerance', reduction%pod_tolerance)
     call check_tolerance(tree, 'reduction.rank_tolerance', reduction%rank_tolerance)
+    call check_tolerance(tree, 'reduction.inelastic_tolerance', reduction%inelastic_tolerance)
     if (reduction%extra_modes < 0) call tree%report_at('reduction.extra_modes', 'is ' // to_text(reduction%extra_modes) // &
       '; it must be at least 0')
     if (reduction%extra_modes > 0 .and. reduction%extended_pod_tolerance > 0) call tree%report_at('reduction.extra_modes', &

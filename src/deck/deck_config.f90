@@ -283,15 +283,16 @@ module sig_deck_config
   type :: greedy_config_t
     !> whether the selection is used; training is then the set of candidates
     logical :: is_used = .false.
-    !> projection (default) or defect: the indicator that compares candidates
+    !> projection (default), defect or, where materials flow, audit: the indicator that compares candidates
     character(:), allocatable :: indicator
     !> number of initial points, far from each other; default 5
     integer :: n_initial = 5
-    !> [-] the selection ends when no candidate has a larger indicator; default none (0)
+    !> [-] the selection ends when no candidate has a larger indicator; default none (0). With audit
+    !> reduction.inelastic_tolerance takes its place
     real(rk) :: tolerance = 0
     !> the selection ends at this number of points; default none (huge)
     integer :: max_points = huge(1)
-    !> defect: largest number of points per round; default 1
+    !> defect, audit: largest number of points per round; default 1
     integer :: batch = 1
   end type greedy_config_t
 
@@ -417,6 +418,8 @@ module sig_deck_config
     logical :: is_size_auto = .true.
     !> [MB] memory >= 0 of a condensed model for pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
+    !> [-] between 0 and 1: error of contact forces and stresses that a model of materials that flow may have; default 1.0e-2
+    real(rk) :: inelastic_tolerance = 1.0e-2_rk
     !> [-] between 0 and 1: largest relative error of the contact forces from interpolation over elastic constants; default 1.0e-6
     real(rk) :: stiffness_tolerance = 1.0e-6_rk
     !> [-] certificate.max_error: > 0; 0 = none; < 0 = auto (default)
@@ -441,6 +444,8 @@ module sig_deck_config
     real(rk) :: accepted_forces = 0.05_rk
     !> [-] accept_fields > 0: of displacements and stresses
     real(rk) :: accepted_fields = 0.01_rk
+    !> [-] accept_strains > 0: of plastic and creep strains
+    real(rk) :: accepted_strains = 0.05_rk
   end type validation_config_t
 
   !> A whole deck.

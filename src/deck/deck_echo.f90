@@ -38,7 +38,8 @@ contains
     if (config%has_test) yaml = yaml // 'test: ' // point_set(config%test, config%parameters) // eol
     yaml = yaml // clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
     yaml = yaml // 'validation: {accept: ' // to_text(config%validation%accepted_forces) // ', accept_fields: ' // &
-      to_text(config%validation%accepted_fields) // '}' // eol
+      to_text(config%validation%accepted_fields) // ', accept_strains: ' // &
+      to_text(config%validation%accepted_strains) // '}' // eol
     yaml = yaml // output_section(config%output, config%parameters) // &
       'petsc_options: ' // yaml_text(config%petsc_options) // eol
   end function echo_deck
@@ -394,6 +395,7 @@ contains
       '  max_full_order_size: ' // size_or_auto(reduction) // eol // &
       '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
       '  stiffness_tolerance: ' // to_text(reduction%stiffness_tolerance) // eol // &
+      '  inelastic_tolerance: ' // to_text(reduction%inelastic_tolerance) // eol // &
       'certificate: {max_error: ' // limit_text(reduction%max_error) // '}' // eol
   end function reduction_section
 

@@ -25,7 +25,7 @@ contains
   end function training_set
 
   !> Returns the candidates and the settings of the greedy selection as YAML, `{candidates: {...}, indicator: projection, ...}`;
-  !> `batch` only with the indicator defect.
+  !> `batch` only with the indicators defect and audit, `tolerance` only with others than audit.
   pure function greedy_choice(greedy, points, parameters) result(yaml)
     type(greedy_config_t), intent(in) :: greedy
     type(point_set_config_t), intent(in) :: points
@@ -33,9 +33,10 @@ contains
     character(:), allocatable :: yaml
 
     yaml = '{candidates: ' // candidate_set(points, parameters) // ', indicator: ' // greedy%indicator // ', initial: ' // &
-      to_text(greedy%n_initial) // ', tolerance: ' // tolerance_or_none(greedy%tolerance) // ', max_points: ' // &
-      count_or_word(greedy%max_points, huge(1), 'none')
-    if (greedy%indicator == 'defect') yaml = yaml // ', batch: ' // to_text(greedy%batch)
+      to_text(greedy%n_initial)
+    if (greedy%indicator /= 'audit') yaml = yaml // ', tolerance: ' // tolerance_or_none(greedy%tolerance)
+    yaml = yaml // ', max_points: ' // count_or_word(greedy%max_points, huge(1), 'none')
+    if (greedy%indicator /= 'projection') yaml = yaml // ', batch: ' // to_text(greedy%batch)
     yaml = yaml // '}'
   end function greedy_choice
 

@@ -15,7 +15,7 @@ module sig_deck_read_points
   character(*), parameter :: point_sets(5) = [character(15) :: 'grid', 'file', 'sobol', 'latin_hypercube', 'greedy']
   character(*), parameter :: seeded(2) = point_sets(3:4)
   character(*), parameter :: stiffness_kinds(3) = [character(12) :: 'auto', 'factored', 'interpolated']
-  character(*), parameter :: indicators(2) = [character(10) :: 'projection', 'defect']
+  character(*), parameter :: indicators(3) = [character(10) :: 'projection', 'defect', 'audit']
 
 contains
 
@@ -31,7 +31,7 @@ contains
     logical, intent(out) :: is_there
     !> the points, or the candidates if greedy%is_used
     type(point_set_config_t), intent(inout) :: points
-    !> greedy selection; present for training only
+    !> greedy selection, with the default indicator; present for training only
     type(greedy_config_t), intent(inout), optional :: greedy
     integer :: i_section
 
@@ -52,18 +52,18 @@ contains
   end subroutine read_point_set
 
   !> Reads the greedy selection of the section training, if there is one; its candidates then replace `candidates`, but for line and
-  !> column. Otherwise sets greedy%is_used to false and the default indicator. Errors: those of read_candidates, neither of the keys
-  !> tolerance and max_points, batch with the indicator projection, unknown keys, faulty values.
+  !> column. Otherwise sets greedy%is_used to false. Errors: those of read_candidates, neither of the keys tolerance and max_points,
+  !> batch with the indicator projection, with audit tolerance or no max_points, unknown keys, faulty values.
   subroutine read_greedy(tree, i_section, parameters, greedy, candidates)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_section
     type(parameter_config_t), intent(in) :: parameters(:)
+    !> in: the default indicator
     type(greedy_config_t), intent(inout) :: greedy
     type(point_set_config_t), intent(inout) :: candidates
     type(point_set_config_t) :: found
     integer :: i_batch, i_greedy, i_max_points, i_tolerance
 
-    greedy%indicator = trim(indicators(1))
     i_greedy = get_mapping(tree, i_section, 'greedy', .false.)
     greedy%is_used = i_greedy > 0
     if (.not. greedy%is_used) return
@@ -81,9 +81,15 @@ contains
     i_max_points = tree%find(i_greedy, 'max_points')
     i_tolerance = tree%find(i_greedy, 'tolerance')
     if (greedy%indicator == 'projection' .and. i_batch > 0) call tree%report(i_batch, &
-      'goes only with indicator: defect; with projection the errors are computed again after each point')
-    if (i_tolerance == 0 .and. i_max_points == 0) call tree%report_key(i_greedy, &
-      'training.greedy does not say when to stop; it must have tolerance, max_points or both')
+      'goes only with indicator: defect or audit; with projection the errors are computed again after each point')
+    if (greedy%indicator == 'audit') then
+      if (i_tolerance > 0) call tree%report(i_tolerance, 'does not go with indicator: audit; reduction.inelastic_tolerance ' // &
+        'says which error is small enough')
+      if (i_max_points == 0) call tree%report_key(i_greedy, 'training.greedy must have max_points, the largest number of ' // &
+        'histories to solve, or max_points: none')
+    else if (i_tolerance == 0 .and. i_max_points == 0) then
+      call tree%report_key(i_greedy, 'training.greedy does not say when to stop; it must have tolerance, max_points or both')
+    end if
   end subroutine read_greedy
 
   !> Reads the required key `candidates` of a mapping: a set of points without groups. Errors: the key is missing (the candidates

@@ -65,6 +65,7 @@ contains
     call read_full_order_size(tree, i_reduction, reduction)
     call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
     call get_number(tree, i_reduction, 'stiffness_tolerance', .false., reduction%stiffness_tolerance)
+    call get_number(tree, i_reduction, 'inelastic_tolerance', .false., reduction%inelastic_tolerance)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 

@@ -24,13 +24,16 @@ module sig_deck_read_study
 contains
 
   !> Reads solver, training, test, clusters, reduction, certificate, validation and output into the configuration. A harmless value
-  !> replaces a faulty one. Requires: read_problem has read parameters and mesh.
+  !> replaces a faulty one. Requires: read_problem has read parameters, mesh and materials.
   subroutine read_study(tree, config)
     !> gets the errors
     type(deck_tree_t), intent(inout) :: tree
     type(deck_config_t), intent(inout) :: config
+    integer :: i
 
     call read_solver(tree, config%solver)
+    config%greedy%indicator = 'projection'
+    if (any([(config%materials(i)%flows(), i=1, size(config%materials))])) config%greedy%indicator = 'audit'
     call read_point_set(tree, 'training', config%parameters, config%has_training, config%training, config%greedy)
     call read_point_set(tree, 'test', config%parameters, config%has_test, config%test)
     call read_clusters(tree, config%parameters, config%clusters)
@@ -48,6 +51,7 @@ contains
     if (i_validation == 0) return
     call get_number(tree, i_validation, 'accept', .false., validation%accepted_forces)
     call get_number(tree, i_validation, 'accept_fields', .false., validation%accepted_fields)
+    call get_number(tree, i_validation, 'accept_strains', .false., validation%accepted_strains)
     call tree%close_mapping(i_validation)
   end subroutine read_validation
 

@@ -274,13 +274,15 @@ contains
   !> Returns the last part of a sentence: what makes the contact forces of a model of the kind hhr or interpolated more accurate;
   !> for the other kinds, where to look for the cause of large errors, and when more training points help.
   pure function accuracy_advice(kind) result(text)
-    !> name of a kind of reduced models: condensed, hhr, interpolated or tied
+    !> name of a kind of reduced models: condensed, hhr, inelastic, interpolated or tied
     character(*), intent(in) :: kind
     character(:), allocatable :: text
 
     select case (kind)
     case ('hhr')
       text = 'take reduction.method: condensed, more training points, or a smaller reduction.pod_tolerance'
+    case ('inelastic')
+      text = 'take more training histories, best by training: {greedy: ...}, or a smaller reduction.inelastic_tolerance'
     case ('interpolated')
       text = 'take a smaller reduction.stiffness_tolerance, or more training points'
     case default
@@ -297,7 +299,7 @@ contains
     character(:), allocatable :: text
 
     text = 'take more training points, or a larger reduction.max_full_order_size, which leaves room for exact displacements'
-    if (kind == 'hhr') text = accuracy_advice(kind)
+    if (any(kind == [character(9) :: 'hhr', 'inelastic'])) text = accuracy_advice(kind)
     if (kind == 'condensed') text = 'take reduction.displacement_tolerance: 0, which keeps all responses as they are if ' // &
       'reduction.max_full_order_size allows it'
     if (kind == 'interpolated') text = 'take more training points, a larger reduction.max_full_order_size, or ' // &

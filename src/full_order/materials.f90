@@ -13,7 +13,7 @@ module sig_materials
   implicit none(type, external)
   private
   public :: add_material_terms, create_material_terms, set_materials, check_materials, has_fixed_stiffness
-  public :: varying_constants, most_points_per_stiffness
+  public :: most_chosen_states, most_points_per_stiffness, varying_constants
 
 contains
 
@@ -104,10 +104,18 @@ contains
     call find_states(deck, deck%output%points, states, error)
     n = 0
     if (.not. allocated(error)) n = per_stiffness(deck, terms, states)
-    if (deck%has_training) n = max(n, min(n_points_of(deck, terms, deck%training), deck%greedy%max_points))
+    if (deck%has_training) n = max(n, min(n_points_of(deck, terms, deck%training), most_chosen_states(deck)))
     if (deck%clusters%target%is_used) n = max(n, n_points_of(deck, terms, deck%clusters%target%candidates))
     if (deck%has_test) n = max(n, n_points_of(deck, terms, deck%test))
   end function most_points_per_stiffness
+
+  !> Returns the largest number of states that a greedy selection may choose; huge without a limit.
+  pure integer function most_chosen_states(deck) result(n)
+    type(deck_config_t), intent(in) :: deck
+
+    n = max(1, deck%history%states%n_times())
+    n = n * min(deck%greedy%max_points, huge(n) / n)
+  end function most_chosen_states
 
   !> Returns the number of points per stiffness of one set, rounded down; 0 if the points cannot be read.
   integer function n_points_of(deck, terms, point_set) result(n)

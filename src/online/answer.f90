@@ -79,6 +79,9 @@ module sig_answer
     !> [-] estimate of the error of the forces, relative to their size, in a part whose materials flow; it is no bound. no_bound
     !> without one
     real(rk) :: error_estimate = no_bound
+    !> [force] forces before the correction by which the estimate was made, shape (n_multipliers); not allocated where nothing
+    !> flows
+    real(rk), allocatable :: raw_multipliers(:)
     !> values of the model's terms, shape (n_terms)
     real(rk), allocatable :: theta(:)
   contains

@@ -516,6 +516,7 @@ contains
       answer%n_solutions = found%n_solutions
       answer%n_free_motions = found%n_free_motions
       answer%multipliers = found%multipliers
+      answer%raw_multipliers = room%reduced%answer%multipliers
       answer%unknowns = found%unknowns
       if (allocated(found%slip)) then
         answer%slip = found%slip

@@ -31,9 +31,12 @@ module sig_selection
     !> [-] indicator of each point when it was chosen; NaN for the initial points, infinite if the model had no answer; shape
     !> (n_chosen)
     real(rk), allocatable :: indicators(:)
-    !> [-] energy errors of displacement and contact forces of the answer that the model had at the point before it was chosen; NaN
-    !> if there was no such answer; shape (2, n_chosen)
+    !> [-] errors of the answer that the model had at the point before it was chosen, first that of error_name, then that of contact
+    !> forces; NaN if there was no such answer; shape (2, n_chosen)
     real(rk), allocatable :: errors(:, :)
+    !> column of the first error: `error_u` (displacement, like that of forces as an energy) or `error_stress` (over a history, like
+    !> that of forces)
+    character(:), allocatable :: error_name
     !> one of stopped_by_*; empty if the selection is not finished
     character(:), allocatable :: stopped_by
     !> [-] largest indicator of the candidates that were not chosen
@@ -58,6 +61,7 @@ contains
     self%settings = settings
     self%rule = rule
     self%stopped_by = ''
+    self%error_name = 'error_u'
     allocate (self%points(n_parameters, 0), self%indicators(0), self%errors(2, 0))
   end subroutine start
 
@@ -103,7 +107,7 @@ contains
     do k = 1, size(names)
       text = text // names(k)%text // ','
     end do
-    text = text // 'indicator,error_u,error_lambda' // eol
+    text = text // 'indicator,' // selection%error_name // ',error_lambda' // eol
     do i = 1, size(selection%indicators)
       text = text // to_text(i) // ','
       do k = 1, size(names)

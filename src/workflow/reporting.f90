@@ -217,7 +217,7 @@ contains
     type is (reduced_hhr_t)
       text = cluster_text(part%data)
     class default
-      text = 'condensed model of ' // counted(part%n_rows(), 'contact row')
+      text = part%kind() // ' model of ' // counted(part%n_rows(), 'contact row')
     end select
   end function part_text
 

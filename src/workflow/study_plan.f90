@@ -6,6 +6,7 @@ module sig_study_plan
   use sig_deck_config, only: deck_config_t, point_set_config_t
   use sig_errors, only: error_t
   use sig_kinds, only: rk
+  use sig_materials, only: most_chosen_states
   use sig_memory, only: memory_text
   use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
@@ -49,7 +50,7 @@ contains
 
     n_training = 0
     n_test = 0
-    if (deck%has_training) n_training = min(n_points_of(deck, deck%training), deck%greedy%max_points)
+    if (deck%has_training) n_training = min(n_points_of(deck, deck%training), most_chosen_states(deck))
     if (deck%clusters%target%is_used) n_training = n_training + n_points_of(deck, deck%clusters%target%candidates)
     if (deck%has_test) n_test = n_points_of(deck, deck%test)
   end subroutine count_points

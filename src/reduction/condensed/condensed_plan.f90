@@ -91,7 +91,7 @@ contains
       else if (deck%clusters%number /= 1 .or. deck%clusters%target%is_used .or. deck%clusters%refine%is_used) then
         reason = 'clusters are those of hyper-reduction, which has no friction'
         hint = 'leave clusters out'
-      else if (deck%greedy%is_used) then
+      else if (deck%greedy%is_used .and. .not. problem%flow%is_there()) then
         reason = 'a greedy selection asks a model at single points, which do not remember'
         hint = 'leave greedy out: a condensed model is exact whatever its training points are'
       end if
@@ -99,7 +99,7 @@ contains
     end associate
   end subroutine check_friction
 
-  !> Errors: materials flow, and there cannot be a model of them. The deck itself refuses hyper-reduction and a greedy selection.
+  !> Errors: materials flow, and there cannot be a model of them. The deck itself refuses hyper-reduction.
   subroutine check_flow(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error

@@ -36,10 +36,11 @@ module sig_inelastic_training
   use petsc
   implicit none(type, external)
   private
-  public :: train_inelastic
+  public :: add_strains, train_inelastic
 
-  !> [-] modes leave at most this share of the displacements by inelastic strains; there are at most most_modes
-  real(rk), parameter :: mode_tolerance = 1.0e-4_rk
+  !> modes leave at most this share of reduction.inelastic_tolerance of the displacements by inelastic strains: forces are the
+  !> reactions of a stiff system, and multiply their errors. There are at most most_modes
+  real(rk), parameter :: mode_share = 1.0e-2_rk
   integer, parameter :: most_modes = 40
   !> [-] chosen points miss the sums over all points by at most this share
   real(rk), parameter :: point_tolerance = 1.0e-3_rk
@@ -161,7 +162,7 @@ contains
     call svd(energies, u, values, vt)
     n_modes = 0
     do while (n_modes < min(most_modes, size(values)))
-      if (sum(values(n_modes + 1:)) <= mode_tolerance**2 * sum(values)) exit
+      if (sum(values(n_modes + 1:)) <= (mode_share * problem%deck%reduction%inelastic_tolerance)**2 * sum(values)) exit
       if (values(n_modes + 1) <= epsilon(values) * 100 * values(1)) exit
       n_modes = n_modes + 1
     end do

@@ -1,7 +1,9 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Rules of a greedy selection: which candidates a round takes, and when the selection ends.
 module sig_greedy_rules
-  use sig_deck_config, only: deck_config_t
+  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
+  use sig_deck_config, only: deck_config_t, greedy_config_t
+  use sig_farthest_points, only: farthest_points
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_parameter_space, only: format_point
@@ -11,7 +13,7 @@ module sig_greedy_rules
   use sig_ties, only: first_largest
   implicit none(type, external)
   private
-  public :: box_of, cut_at_end, log_choice, pick_worst, selection_end
+  public :: begin_far_apart, box_of, cut_at_end, log_choice, measured_ratio, pick_worst, selection_end
 
   !> [-] an indicator up to this is rounding: the chosen points represent the candidate
   real(rk), parameter :: negligible = 1.0e-13_rk
@@ -23,8 +25,21 @@ contains
     type(deck_config_t), intent(in) :: deck
     real(rk), allocatable :: box(:, :)
 
-    box = transpose(reshape([deck%state_parameters%minimum, deck%state_parameters%maximum], [size(deck%state_parameters), 2]))
+    box = transpose(reshape([deck%parameters%minimum, deck%parameters%maximum], [size(deck%parameters), 2]))
   end function box_of
+
+  !> Appends greedy.initial candidates that are far from each other (farthest_points) to the selection, with NaN as indicators.
+  !> Requires: there are at least as many candidates.
+  subroutine begin_far_apart(deck, candidates, selection)
+    type(deck_config_t), intent(in) :: deck
+    !> shape (n_parameters, n_candidates)
+    real(rk), intent(in) :: candidates(:, :)
+    type(selection_t), intent(inout) :: selection
+    real(rk) :: none(deck%greedy%n_initial)
+
+    none = ieee_value(none, ieee_quiet_nan)
+    call selection%append(candidates(:, farthest_points(candidates, box_of(deck), size(none))), none)
+  end subroutine begin_far_apart
 
   !> Shortens a selection to what the deck's max_points and tolerance allow; the run that made it may have had others. The first
   !> point after the initial ones whose indicator is at most the tolerance is left out with all later ones. Afterwards the
@@ -43,12 +58,14 @@ contains
     call selection%shorten(n)
   end subroutine cut_at_end
 
-  !> Appends the candidates with the largest defects to the selection, at most greedy.batch and as long as selection_end allows; if
+  !> Appends the candidates with the largest defects to the selection, at most limits%batch and as long as selection_end allows; if
   !> none, sets selection%stopped_by. Sets selection%largest_left to the largest defect of the candidates that were not chosen
   !> before this round, 0 if there are none. Neighbors have large defects together, so the points of one round keep a distance:
   !> half_spacing for the number of points after a full round. Logs each choice. Local.
-  subroutine pick_worst(deck, candidates, defects, selection, chosen)
+  subroutine pick_worst(deck, limits, candidates, defects, selection, chosen)
     type(deck_config_t), intent(in) :: deck
+    !> where the selection ends, and how many points a round has
+    type(greedy_config_t), intent(in) :: limits
     !> shape (n_parameters, n_candidates)
     real(rk), intent(in) :: candidates(:, :)
     !> [-] shape (n_candidates); afterwards -1 where a candidate is chosen, now or before, or too near to one of this round
@@ -66,17 +83,32 @@ contains
       call leave_out(candidates, box, selection%points(:, i), 0.0_rk, defects)
     end do
     selection%largest_left = max(0.0_rk, maxval(defects))
-    do while (size(chosen) < deck%greedy%batch)
+    do while (size(chosen) < limits%batch)
       largest = maxval(defects)
-      if (selection_end(deck, n + size(chosen), largest) /= '') exit
+      if (selection_end(limits, n + size(chosen), largest) /= '') exit
       i = first_largest(defects)
       call selection%append(candidates(:, i:i), defects(i:i))
       chosen = [chosen, i]
-      call log_choice(deck, n + size(chosen), 'defect', defects(i), candidates(:, i))
-      call leave_out(candidates, box, candidates(:, i), half_spacing(n + deck%greedy%batch, size(box, 2)), defects)
+      call log_choice(deck, n + size(chosen), trim(merge('estimate', 'defect  ', limits%indicator == 'audit')), defects(i), &
+        candidates(:, i))
+      call leave_out(candidates, box, candidates(:, i), half_spacing(n + limits%batch, size(box, 2)), defects)
     end do
-    if (size(chosen) == 0) selection%stopped_by = selection_end(deck, n, largest)
+    if (size(chosen) == 0) selection%stopped_by = selection_end(limits, n, largest)
   end subroutine pick_worst
+
+  !> [-] Returns the largest ratio of the errors that were measured at chosen points to the indicators that chose them; 0 if there
+  !> is none.
+  pure real(rk) function measured_ratio(selection) result(ratio)
+    type(selection_t), intent(in) :: selection
+    integer :: i
+
+    ratio = 0
+    do i = 1, size(selection%indicators)
+      associate (errors => selection%errors(:, i), indicator => selection%indicators(i))
+        if (indicator > 0 .and. indicator <= huge(ratio) .and. all(errors >= 0)) ratio = max(ratio, maxval(errors) / indicator)
+      end associate
+    end do
+  end function measured_ratio
 
   !> [-] Returns half the distance between neighbors if n_points points fill evenly a box whose sides have length 1.
   pure real(rk) function half_spacing(n_points, n_parameters)
@@ -107,10 +139,10 @@ contains
   end subroutine leave_out
 
   !> Returns why no further point is chosen, the first of these that holds: `candidates` (none is left), `tolerance` (`largest` is
-  !> at most the deck's tolerance, if it has one), `candidates` (`largest` is at most 1e-13, that is, rounding), `max_points`
+  !> at most the tolerance, if there is one), `candidates` (`largest` is at most 1e-13, that is, rounding), `max_points`
   !> (n_chosen has reached them); empty if a point may be chosen.
-  pure function selection_end(deck, n_chosen, largest) result(reason)
-    type(deck_config_t), intent(in) :: deck
+  pure function selection_end(limits, n_chosen, largest) result(reason)
+    type(greedy_config_t), intent(in) :: limits
     !> number of points so far
     integer, intent(in) :: n_chosen
     !> [-] largest indicator of the candidates that are left; negative if none is left
@@ -120,11 +152,11 @@ contains
     reason = ''
     if (largest < 0) then
       reason = stopped_by_candidates
-    else if (largest <= deck%greedy%tolerance .and. deck%greedy%tolerance > 0) then
+    else if (largest <= limits%tolerance .and. limits%tolerance > 0) then
       reason = stopped_by_tolerance
     else if (largest <= negligible) then
       reason = stopped_by_candidates
-    else if (n_chosen >= deck%greedy%max_points) then
+    else if (n_chosen >= limits%max_points) then
       reason = stopped_by_budget
     end if
   end function selection_end
@@ -134,7 +166,7 @@ contains
     type(deck_config_t), intent(in) :: deck
     !> position in the selection, 1-based
     integer, intent(in) :: i_point
-    !> name of the indicator: defect or projection error
+    !> name of the indicator: defect, estimate or projection error
     character(*), intent(in) :: what
     !> [-] its value at the point
     real(rk), intent(in) :: indicator
@@ -142,6 +174,6 @@ contains
     real(rk), intent(in) :: point(:)
 
     call log_info('greedy point ' // to_text(i_point) // ': ' // what // ' ' // csv_number(indicator) // ' at ' // &
-      format_point(deck%state_parameters, point))
+      format_point(deck%parameters, point))
   end subroutine log_choice
 end module sig_greedy_rules

@@ -8,10 +8,11 @@ module sig_greedy_selection
   use sig_greedy_record, only: begin_selection, is_complete
   use sig_kinds, only: rk
   use sig_log, only: log_info
-  use sig_parameter_space, only: build_states
+  use sig_parameter_space, only: build_points
   use sig_problem, only: problem_t
   use sig_sampling, only: sampler_t, sampling_result_t
   use sig_selection, only: selection_t
+  use sig_selection_by_audit, only: select_by_audit
   use sig_selection_by_defect, only: select_by_defect
   use sig_selection_by_projection, only: select_by_projection
   use sig_text, only: are, counted
@@ -26,7 +27,8 @@ contains
   !> projection also candidates.h5. If an earlier run has finished this, it only reads the selection. A signal ends it early
   !> (outcome%is_stopped). Collective on all ranks; errors are known to all.
   !>
-  !> Errors: there are fewer candidates than greedy.initial; those of begin_selection, is_complete and of the selection itself.
+  !> Errors: there are fewer candidates than greedy.initial; those of build_points, begin_selection, is_complete and of the
+  !> selection itself.
   subroutine select_points(full_order, folder, outcome, selection, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -41,7 +43,7 @@ contains
 
     ierr = 0
     associate (deck => full_order%problem%deck)
-      call build_states(deck, deck%training, candidates, error)
+      call build_points(deck%training, deck%parameters, candidates, error)
       if (allocated(error)) return
       if (size(candidates, 2) < deck%greedy%n_initial) then
         call make_error(error, 'the greedy selection begins with ' // counted(deck%greedy%n_initial, 'point') // &
@@ -64,24 +66,29 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(sampler_t) :: sampler
+    integer :: n_times
     logical :: is_done
 
     ierr = 0
+    n_times = max(1, full_order%problem%deck%history%states%n_times())
     call begin_selection(full_order%problem, candidates, folder, selection, error)
     if (allocated(error)) return
     PetscCall(is_complete(full_order%problem, folder, selection, is_done, error, ierr))
-    outcome%n_points = size(selection%indicators)
+    outcome%n_points = size(selection%indicators) * n_times
     outcome%n_found = outcome%n_points
     if (allocated(error) .or. is_done) return
-    if (full_order%problem%deck%greedy%indicator == 'defect') then
+    select case (full_order%problem%deck%greedy%indicator)
+    case ('audit')
+      PetscCall(select_by_audit(full_order, folder, candidates, outcome, selection, error, ierr))
+    case ('defect')
       call note_other_kind(full_order%problem)
       PetscCall(select_by_defect(full_order, folder, candidates, outcome, selection, error, ierr))
-    else
+    case default
       ! once the candidates are solved, to choose again takes little time
       call selection%shorten(0)
       PetscCall(sampler%create(full_order, size(candidates, 2), ierr))
       PetscCall(select_by_projection(sampler, folder, candidates, outcome, selection, error, ierr))
-    end if
+    end select
   end subroutine select_missing
 
   !> Notes in the log if the model of the deck will be of another kind than the one whose defects choose the points.

@@ -6,12 +6,10 @@
 !> A round trains a model, measures its defects at all candidates, and solves greedy.batch new points at full order. selection.csv
 !> is written after each round, so that a killed run repeats one round at most.
 module sig_selection_by_defect
-  use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_errors, only: error_t, exit_internal, make_error
-  use sig_farthest_points, only: farthest_points
   use sig_full_order, only: full_order_t, team_t
   use sig_greedy_record, only: keep_selection
-  use sig_greedy_rules, only: box_of, cut_at_end, pick_worst
+  use sig_greedy_rules, only: begin_far_apart, cut_at_end, pick_worst
   use sig_kinds, only: rk
   use sig_log, only: log_info
   use sig_model_defect, only: model_defect_t
@@ -78,7 +76,7 @@ contains
     if (.not. rounds%defect%is_bound) call log_info('the defect is the size of the residuals, which is no bound of the ' // &
       'error, because ' // why_no_bound(rounds%problem))
     call cut_at_end(rounds%problem%deck, selection)
-    if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem, candidates, selection)
+    if (size(selection%indicators) == 0) call begin_far_apart(rounds%problem%deck, candidates, selection)
     do while (selection%stopped_by == '')
       PetscCall(solve_new_points(rounds, folder, outcome, selection, error, ierr))
       if (allocated(error) .or. outcome%is_stopped) return
@@ -99,19 +97,6 @@ contains
       'large or cannot be factored'
     if (.not. problem%has_fixed_stiffness) reason = 'the stiffness depends on the parameters'
   end function why_no_bound
-
-  !> Appends greedy.initial candidates that are far from each other (farthest_points) to the selection, with NaN as indicators.
-  !> Requires: there are at least as many candidates.
-  subroutine begin_far_apart(problem, candidates, selection)
-    type(problem_t), intent(in) :: problem
-    !> shape (n_parameters, n_candidates)
-    real(rk), intent(in) :: candidates(:, :)
-    type(selection_t), intent(inout) :: selection
-    real(rk) :: none(problem%deck%greedy%n_initial)
-
-    none = ieee_value(none, ieee_quiet_nan)
-    call selection%append(candidates(:, farthest_points(candidates, box_of(problem%deck), size(none))), none)
-  end subroutine begin_far_apart
 
   !> Solves the points of the selection that have no converged solution yet. Then compares them with the model's answers
   !> (compare_answers) and writes selection.csv; it leaves both out if a signal came while it solved. After a signal
@@ -197,7 +182,7 @@ contains
       return
     end if
     PetscCall(rounds%defect%measure(online, query, candidates, defects, ierr))
-    call pick_worst(rounds%problem%deck, candidates, defects, selection, chosen)
+    call pick_worst(rounds%problem%deck, rounds%problem%deck%greedy, candidates, defects, selection, chosen)
     call keep_answers(rounds, online, query, candidates(:, chosen))
     call query%destroy()
   end subroutine choose_new_points

@@ -152,7 +152,7 @@ contains
       call greedy%find_worst(i, error)
       selection%largest_left = error
       ! without a candidate left there is no worst one
-      selection%stopped_by = selection_end(problem%deck, size(chosen), merge(error, -1.0_rk, i > 0))
+      selection%stopped_by = selection_end(problem%deck%greedy, size(chosen), merge(error, -1.0_rk, i > 0))
       if (selection%stopped_by /= '') exit
       call greedy%take(i)
       call selection%append(candidates(:, i:i), [error])

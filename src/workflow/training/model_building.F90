@@ -34,7 +34,7 @@ module sig_model_building
   use petsc
   implicit none(type, external)
   private
-  public :: build_model
+  public :: build_condensed, build_model
 
   !> [-] default of certificate.max_error for hyper-reduced models, relative
   real(rk), parameter :: hyper_reduced_error = 0.05_rk
@@ -243,7 +243,7 @@ contains
   subroutine build_condensed(full_order, snapshots, kind, model, reason, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
-    !> condensed, interpolated or tied
+    !> condensed, interpolated, inelastic or tied
     character(*), intent(in) :: kind
     type(model_t), intent(out) :: model
     !> kind tied: why the model must not be used, empty where it may; does not change for other kinds

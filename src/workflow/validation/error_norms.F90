@@ -61,6 +61,12 @@ module sig_error_norms
     type(comparison_t) :: von_mises_largest
     type(comparison_t) :: von_mises
     type(comparison_t) :: pressure
+    !> where materials flow: [force] contact forces before their correction, [-] the largest equivalent plastic and creep strains,
+    !> whose differences are NaN where no material has such strains, and [force] by how much the correction moved the forces
+    type(comparison_t) :: raw_forces
+    type(comparison_t) :: plastic_strain
+    type(comparison_t) :: creep_strain
+    type(comparison_t) :: correction
   end type point_errors_t
 
 contains
@@ -102,11 +108,44 @@ contains
     do i = 1, n
       ! where materials flow, equilibrium is no minimum of this energy
       if (.not. allocated(states(i)%flow)) cycle
-      errors(i)%energy = comparison_t(ieee_value(1.0_rk, ieee_quiet_nan), 0.0_rk)
+      errors(i)%energy = no_comparison()
       errors(i)%energy_rid = errors(i)%energy
+      call compare_flow(answers(i), states(i), errors(i))
     end do
     if (bodies%fields%is_there()) call measure_stresses(bodies, online, answers, states, fields, errors)
   end subroutine measure_errors
+
+  !> Returns the comparison of what is not there.
+  pure type(comparison_t) function no_comparison()
+
+    no_comparison = comparison_t(ieee_value(1.0_rk, ieee_quiet_nan), 0.0_rk)
+  end function no_comparison
+
+  !> Compares what there is only where materials flow. Does nothing where the answer or the full order has no solution. Local.
+  pure subroutine compare_flow(answer, state, errors)
+    type(answer_t), intent(in) :: answer
+    type(contact_state_t), intent(in) :: state
+    type(point_errors_t), intent(inout) :: errors
+
+    if (answer%reason <= 0 .or. .not. allocated(state%flow%plastic)) return
+    errors%raw_forces = comparison_t(norm2(answer%raw_multipliers - state%multipliers), norm2(state%multipliers))
+    errors%correction = comparison_t(norm2(answer%raw_multipliers - answer%multipliers), norm2(answer%multipliers))
+    errors%plastic_strain = no_comparison()
+    errors%creep_strain = no_comparison()
+    if (allocated(answer%plastic)) errors%plastic_strain = compare_strains(answer%plastic, state%flow%plastic)
+    if (allocated(answer%creep)) errors%creep_strain = compare_strains(answer%creep, state%flow%creep)
+  end subroutine compare_flow
+
+  !> [-] Compares equivalent strains at all integration points: the largest difference, and the largest of the full order.
+  pure type(comparison_t) function compare_strains(answered, exact) result(comparison)
+    !> shape (7, n_points), the last number is the equivalent strain
+    real(rk), intent(in) :: answered(:, :)
+    real(rk), intent(in) :: exact(:, :)
+
+    associate (n => size(exact, 1))
+      comparison = comparison_t(maxval(abs(answered(n, :) - exact(n, :))), maxval(exact(n, :)))
+    end associate
+  end function compare_strains
 
   !> Sets the errors of von Mises stresses and contact pressures at each point. Local.
   subroutine measure_stresses(bodies, online, answers, states, fields, errors)

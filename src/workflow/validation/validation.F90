@@ -12,6 +12,7 @@ module sig_validation
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_mapping, only: create_field_map
   use sig_full_order, only: team_t
+  use sig_history_errors, only: history_errors_t, largest_of_history, least_share, over_histories
   use sig_kinds, only: rk
   use sig_materials, only: varying_constants
   use sig_model, only: model_t
@@ -31,24 +32,26 @@ module sig_validation
   use petsc
   implicit none(type, external)
   private
-  public :: validate, validation_t, n_errors, error_names
+  public :: validate, validation_t, n_errors, n_usual_errors, error_names
 
-  integer, parameter :: n_errors = 12
+  !> number of errors, and of those that do not need materials that flow
+  integer, parameter :: n_errors = 15, n_usual_errors = 12
   !> number of comparisons of a point (point_errors_t)
-  integer, parameter :: n_comparisons = 9
+  integer, parameter :: n_comparisons = 13
   !> rows of the table that ranks share, of which each point has a column: differences, sizes and other numbers
   integer, parameter :: n_others = 2 * n_comparisons
   integer, parameter :: n_columns = n_others + 13
   !> columns of validation.csv
   character(*), parameter :: error_names(n_errors) = [character(22) :: 'e_u', 'e_lambda_rid', 'e_lambda_all', 'e_energy', &
     'e_energy_rid', 'e_energy_relative', 'e_energy_rid_relative', 'e_u_energy', 'e_u_energy_relative', 'e_von_mises_largest', &
-    'e_von_mises', 'e_pressure']
+    'e_von_mises', 'e_pressure', 'e_lambda_raw', 'e_plastic_strain', 'e_creep_strain']
 
   !> The results of a validation at all test points.
   type :: validation_t
     !> shape (n_parameters, n_points)
     real(rk), allocatable :: points(:, :)
-    !> rows as in error_names, in the units of point_errors_t, shape (n_errors, n_points). All are NaN where the full order has no
+    !> rows as in error_names, in the units of point_errors_t, shape (n_errors, n_points). Strains are relative to the largest of
+    !> their history, but to no less than least_share of the largest of all. All errors are NaN where the full order has no
     !> solution. Where the model has no answer (method 0), all are infinite, except that errors of displacements and energies
     !> stay NaN if the model has no displacements
     real(rk), allocatable :: errors(:, :)
@@ -57,6 +60,9 @@ module sig_validation
     !> whether the model gives the displacements of all dofs, and whether it keeps the data for fields (reduction.fields)
     logical :: has_displacements = .false.
     logical :: has_fields = .false.
+    !> number of states of a history where materials flow, 0 where none flows; then `histories` has errors of histories
+    integer :: n_times = 0
+    type(history_errors_t) :: histories
     !> false if the deck has no contact
     logical :: has_contact = .true.
     !> cluster that the model chooses; this array and all arrays below have shape (n_points)
@@ -119,6 +125,7 @@ contains
     outcome%has_displacements = gives_displacements(model)
     outcome%has_fields = model%fields%is_there()
     outcome%has_contact = size(problem%deck%contact) > 0
+    if (problem%flow%is_there()) outcome%n_times = problem%deck%history%states%n_times()
     online%model = model
     call online%prepare(message)
     if (.not. allocated(message)) call query%create(online, message)
@@ -290,7 +297,8 @@ contains
     type(comparison_t) :: comparisons(n_comparisons)
 
     comparisons = [errors%displacement, errors%multipliers_rid, errors%multipliers_all, errors%energy, errors%energy_rid, &
-      errors%field, errors%von_mises_largest, errors%von_mises, errors%pressure]
+      errors%field, errors%von_mises_largest, errors%von_mises, errors%pressure, errors%raw_forces, errors%plastic_strain, &
+      errors%creep_strain, errors%correction]
     column = [comparisons%difference, comparisons%size, real(answer%cluster, rk), real(count(answer%is_active), rk), &
       real(n_closed, rk), real(merge(answer%method, 0, answer%reason > 0), rk), real(state%reason, rk), &
       state%seconds, real(answer%n_solutions, rk), answer%relative_bound, &
@@ -312,7 +320,8 @@ contains
     outcome%n_active_full_order = nint(table(n_others + 3, :))
     outcome%method = nint(table(n_others + 4, :))
     outcome%reason_full_order = nint(table(n_others + 5, :))
-    call relate_errors(table(:n_others, :), outcome%reason_full_order == reason_converged, outcome%errors)
+    call relate_errors(table(:n_others, :), outcome%n_times, outcome%reason_full_order == reason_converged, outcome%errors)
+    if (outcome%n_times > 0) call compare_histories(table(:n_others, :), outcome)
     do i = 1, size(table, 2)
       if (outcome%method(i) == 0) call fail_point(outcome%errors(:, i))
       ! without a full-order solution there is nothing to compare with
@@ -331,16 +340,18 @@ contains
 
   !> Computes the errors of all points from their comparisons. A size is negligible below a share of the largest one at all points
   !> with a full-order solution; for the forces of the reduced domain, of all forces. The share is negligible_share, and 1e-12 for
-  !> energies, which is rounding where a body moves as a whole.
-  pure subroutine relate_errors(table, is_solved, errors)
+  !> energies, which is rounding where a body moves as a whole. Strains are related to the largest ones of their history.
+  pure subroutine relate_errors(table, n_times, is_solved, errors)
     !> differences, then sizes, as in table_column; shape (2 * n_comparisons, n_points)
     real(rk), intent(in) :: table(:, :)
+    !> as in validation_t
+    integer, intent(in) :: n_times
     !> the point has a full-order solution, shape (n_points)
     logical, intent(in) :: is_solved(:)
     !> rows as in error_names, shape (n_errors, n_points)
     real(rk), allocatable, intent(out) :: errors(:, :)
     type(comparison_t) :: comparisons(n_comparisons)
-    real(rk) :: floors(n_comparisons), relative(n_comparisons), shares(n_comparisons)
+    real(rk) :: floors(n_comparisons), relative(n_comparisons), shares(n_comparisons), strains(2, size(table, 2))
     integer :: i
 
     do i = 1, n_comparisons
@@ -349,17 +360,53 @@ contains
     floors(2) = floors(3)
     shares = negligible_share
     shares(4:5) = rounding
+    shares(11:12) = least_share
     floors = floors * shares
+    strains = 0
+    do i = 1, 2
+      if (n_times > 0) strains(i, :) = largest_of_history(table(n_comparisons + 10 + i, :), n_times, is_solved)
+    end do
     allocate (errors(n_errors, size(table, 2)))
     do i = 1, size(table, 2)
       comparisons%difference = table(:n_comparisons, i)
       comparisons%size = table(n_comparisons + 1:, i)
+      comparisons(11:12)%size = strains(:, i)
       relative = comparisons%relative(floors)
       ! a field that vanishes in both models is right; that of forces says by NaN that nothing touches
       where (comparisons(6:8)%difference <= 0 .and. comparisons(6:8)%size <= 0) relative(6:8) = 0
-      errors(:, i) = [relative(:3), comparisons(4:5)%difference, relative(4:5), comparisons(6)%difference, relative(6:)]
+      where (comparisons(11:12)%difference <= 0 .and. comparisons(11:12)%size <= 0) relative(11:12) = 0
+      errors(:, i) = [relative(:3), comparisons(4:5)%difference, relative(4:5), comparisons(6)%difference, relative(6:12)]
     end do
   end subroutine relate_errors
+
+  !> Computes the errors of whole histories. Requires: materials flow.
+  pure subroutine compare_histories(table, outcome)
+    !> as for relate_errors
+    real(rk), intent(in) :: table(:, :)
+    !> in: all arrays that say which points have solutions and answers
+    type(validation_t), intent(inout) :: outcome
+
+    associate (histories => outcome%histories)
+      histories%forces = errors_of(3)
+      histories%displacement = errors_of(6)
+      histories%stress = errors_of(8)
+      histories%raw_forces = errors_of(10)
+      histories%plastic_strain = errors_of(11)
+      histories%creep_strain = errors_of(12)
+      histories%estimate = errors_of(13)
+    end associate
+
+  contains
+
+    pure function errors_of(i) result(errors)
+      !> position among the comparisons of a point
+      integer, intent(in) :: i
+      real(rk) :: errors(size(table, 2) / outcome%n_times)
+
+      errors = over_histories(table(i, :), table(n_comparisons + i, :), outcome%n_times, &
+        outcome%reason_full_order == reason_converged, outcome%method > 0)
+    end function errors_of
+  end subroutine compare_histories
 
   !> Sets the errors of a point without an answer to infinite. Those that are NaN stay so, except for errors of contact: the model
   !> may have no displacement to compare.

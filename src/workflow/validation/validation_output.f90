@@ -6,6 +6,7 @@ module sig_validation_output
   use sig_deck_config, only: deck_config_t
   use sig_errors, only: error_t
   use sig_file_system, only: write_text_file
+  use sig_history_errors, only: estimate_quality_t, quality_of_estimates
   use sig_kinds, only: rk
   use sig_log, only: log_warnings
   use sig_model, only: model_t
@@ -17,7 +18,7 @@ module sig_validation_output
   use sig_statistics, only: measured_statistics, statistics_t
   use sig_text, only: append_text, counted, csv_number, join, string_t, to_text
   use sig_text_buffer, only: text_buffer_t
-  use sig_validation, only: error_names, n_errors, validation_t
+  use sig_validation, only: error_names, n_errors, n_usual_errors, validation_t
   use sig_verdict, only: counted_errors, verdict_t
   implicit none(type, external)
   private
@@ -41,7 +42,7 @@ contains
       call buffer%add(deck%state_parameters(i)%name // ',')
     end do
     call buffer%add('cluster')
-    do i_error = 1, n_errors
+    do i_error = 1, n_shown(outcome)
       call buffer%add(',' // trim(error_names(i_error)))
     end do
     call buffer%add(',n_active,n_active_full_order,solver,n_solutions,error_bound,displacement_bound')
@@ -60,7 +61,7 @@ contains
     integer :: k
 
     row = join(outcome%points(:, i), ',') // ',' // to_text(outcome%cluster(i))
-    do k = 1, n_errors
+    do k = 1, n_shown(outcome)
       row = row // ',' // csv_number(outcome%errors(k, i))
     end do
     row = row // ',' // to_text(outcome%n_active(i)) // ',' // to_text(outcome%n_active_full_order(i)) // ',' // &
@@ -69,6 +70,13 @@ contains
     if (has_estimates(outcome)) row = row // bound_text(outcome%error_estimate(i)) // ','
     row = row // status(outcome%reason_full_order(i))
   end function table_row
+
+  !> Returns how many of error_names the model has.
+  pure integer function n_shown(outcome)
+    type(validation_t), intent(in) :: outcome
+
+    n_shown = merge(n_errors, n_usual_errors, outcome%n_times > 0)
+  end function n_shown
 
   pure logical function has_estimates(outcome)
     type(validation_t), intent(in) :: outcome
@@ -100,11 +108,12 @@ contains
     integer :: i_error, i_method
 
     call report%add('errors/n_points', size(outcome%points, 2))
-    do i_error = 1, n_errors
+    do i_error = 1, n_shown(outcome)
       call report_statistics(report, 'errors/' // trim(error_names(i_error)), outcome%errors(i_error, :))
     end do
     call report_bounds('error_bound', outcome%error_bound, report)
     call report_bounds('displacement_bound', outcome%displacement_bound, report)
+    if (outcome%n_times > 0) call report_histories(outcome, report)
     call report%add('errors/warnings', validation_warnings(outcome))
     call report%add('errors/e_lambda_rid/largest_at', worst_points(deck, outcome, 2))
     call count_methods(outcome, names, counts)
@@ -117,6 +126,7 @@ contains
     call report%add('validation/verdict', verdict%sentence)
     call report%add('validation/forces', verdict%forces%sentence)
     call report%add('validation/fields', verdict%fields%sentence)
+    if (outcome%n_times > 0) call report%add('validation/strains', verdict%strains%sentence)
     call report%add('errors/e_lambda_rid/no_contact', count(is_no_number(outcome%errors(2, :)) .and. &
       outcome%reason_full_order == reason_converged))
     call report%add('errors/e_lambda_rid/infinite', count(outcome%errors(2, :) > huge(1.0_rk)))
@@ -124,6 +134,30 @@ contains
     call report%add('times/full_order_per_point', outcome%full_order_seconds)
     if (outcome%benchmark%is_done) call report_benchmark(solver_type, outcome, report)
   end subroutine report_validation
+
+  !> Adds to the report the errors of whole histories, and how well the estimate tells the error of the forces before their
+  !> correction, which it estimates.
+  subroutine report_histories(outcome, report)
+    type(validation_t), intent(in) :: outcome
+    type(run_report_t), intent(inout) :: report
+    type(estimate_quality_t) :: quality
+
+    associate (histories => outcome%histories)
+      call report%add('histories/n_histories', size(histories%forces))
+      call report_statistics(report, 'histories/forces_not_corrected', histories%raw_forces)
+      call report_statistics(report, 'histories/forces', histories%forces)
+      call report_statistics(report, 'histories/error_estimate', histories%estimate)
+      call report_statistics(report, 'histories/displacement', histories%displacement)
+      call report_statistics(report, 'histories/von_mises', histories%stress)
+      if (any(histories%plastic_strain >= 0)) call report_statistics(report, 'histories/plastic_strain', histories%plastic_strain)
+      if (any(histories%creep_strain >= 0)) call report_statistics(report, 'histories/creep_strain', histories%creep_strain)
+      quality = quality_of_estimates(histories%estimate, histories%raw_forces)
+    end associate
+    call report%add('histories/estimate_over_error/n_histories', quality%n_histories)
+    call report%add('histories/estimate_over_error/median', quality%median_ratio)
+    call report%add('histories/estimate_over_error/share_from_0.5_to_1.2', quality%share_near)
+    call report%add('histories/estimate_over_error/rank_correlation', quality%rank_correlation)
+  end subroutine report_histories
 
   !> Adds to the report minimum, median, p95 and maximum of the bounds that are known; nothing if none is.
   subroutine report_bounds(name, bounds, report)
@@ -224,13 +258,13 @@ contains
     type(validation_t), intent(in) :: outcome
     type(verdict_t), intent(in) :: verdict
     type(model_t), intent(inout) :: model
-    type(statistics_t) :: statistics(n_errors)
+    type(statistics_t) :: statistics(n_shown(outcome))
     real(rk), allocatable :: errors(:)
     integer :: i_error
 
     if (allocated(model%validation%names)) deallocate (model%validation%names)
-    allocate (model%validation%names(n_errors))
-    do i_error = 1, n_errors
+    allocate (model%validation%names(n_shown(outcome)))
+    do i_error = 1, n_shown(outcome)
       model%validation%names(i_error)%text = trim(error_names(i_error))
       statistics(i_error) = measured_statistics(outcome%errors(i_error, :))
       ! contact as in the table of the terminal: a point where nothing touches counts as 0

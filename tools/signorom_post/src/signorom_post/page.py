@@ -51,6 +51,9 @@ ERRORS = {
     "e_u_energy_relative": "displacement in the norm of the stiffness, relative",
     "e_von_mises_largest": "largest von Mises stress",
     "e_von_mises": "von Mises stress of any cell or node, of the largest one of the point",
+    "e_lambda_raw": "contact forces of all contacts before their correction",
+    "e_plastic_strain": "equivalent plastic strain at any integration point, of the largest one of the history",
+    "e_creep_strain": "equivalent creep strain at any integration point, of the largest one of the history",
     "e_energy": "energy [in the units of the deck]",
     "e_energy_rid": "energy in the reduced integration domain [in the units of the deck]",
     "e_energy_relative": "energy, relative",
@@ -96,6 +99,7 @@ def build_page(results: Results, log: Log) -> str:
             *_section("Sizes", _pairs(report.get("sizes"), "sizes")),
             *_section("Model", _pairs(_model(report), "reduction")),
             *_errors(report),
+            *_section("Errors of whole histories", _pairs(report.get("histories"), "histories")),
             *_contacts(report),
             *_pictures(results, log),
             *_section("Times", _pairs(report.get("times"), "times", duration)),
@@ -114,7 +118,9 @@ def _verdict(report: dict[str, Any]) -> str:
         )
     kind = "accepted" if validation.get("accepted") is True else "rejected"
     # a report of an older version has no sentence for each
-    sentences = [f"{name} {validation[name]}" for name in ("forces", "fields") if name in validation]
+    sentences = [
+        f"{name} {validation[name]}" for name in ("forces", "fields", "strains") if name in validation
+    ]
     text = "<br>".join(escape(value_text(line)) for line in sentences or [validation["verdict"]])
     return f'<p class="verdict {kind}">{text}</p>'
 

@@ -26,12 +26,20 @@ NAMES = {
     "full_order_per_point": "full order, per point",
     "refactored_per_point": "full order refactored, per point",
     "sample_per_point": "sample, per point",
+    "forces_not_corrected": "contact forces before their correction",
+    "histories/error_estimate": "estimate of this error",
+    "histories/forces": "contact forces",
+    "histories/displacement": "displacement in the norm of the stiffness",
+    "histories/von_mises": "von Mises stress",
+    "histories/estimate_over_error": "estimate over error",
+    "share_from_0.5_to_1.2": "share from 0.5 to 1.2",
 }
 STATISTICS = ("min", "median", "p95", "max")
 SECTIONS = {
     "sizes": "Sizes",
     "reduction": "Reduction",
     "errors": "Errors",
+    "histories": "Errors of whole histories: largest one over the largest value",
     "times": "Times",
     "speed_up": "Speed-up of a query",
 }
