@@ -27,7 +27,7 @@ NAMES = {
     "refactored_per_point": "full order refactored, per point",
     "sample_per_point": "sample, per point",
     "forces_not_corrected": "contact forces before their correction",
-    "histories/error_estimate": "estimate of this error",
+    "histories/error_estimate": "estimate of the error before the correction",
     "histories/forces": "contact forces",
     "histories/displacement": "displacement in the norm of the stiffness",
     "histories/von_mises": "von Mises stress",
