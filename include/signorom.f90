@@ -45,7 +45,7 @@ module signorom
 
   !> An answer at one point. The default value of `size` belongs to this version of the module.
   type, bind(c), public :: signorom_answer
-    integer(c_size_t) :: size = 104_c_size_t
+    integer(c_size_t) :: size = 112_c_size_t
     integer(c_int) :: code = 0, method = 0, cluster = 0, n_modes = 0, n_domain_contacts = 0, n_active = 0, n_iterations = 0
     integer(c_int) :: is_inside_box = 0
     real(c_double) :: distance = 0, residual = 0
@@ -53,6 +53,7 @@ module signorom
     real(c_double) :: bound = SIGNOROM_NO_BOUND, relative_bound = SIGNOROM_NO_BOUND
     real(c_double) :: displacement_bound = SIGNOROM_NO_BOUND, relative_displacement_bound = SIGNOROM_NO_BOUND
     integer(c_int) :: n_free_motions = 0
+    real(c_double) :: error_estimate = SIGNOROM_NO_BOUND
   end type signorom_answer
 
   !> The caller's arrays for the answers at many points: c_loc of arrays with the target attribute. The default value of `size`

@@ -65,7 +65,8 @@ typedef enum {
   SIGNOROM_TEXT_DESCRIPTION = 5, /* the text that `signorom describe` prints */
   SIGNOROM_TEXT_STRESS_UNIT = 6, /* unit of stresses and pressures; empty where the model keeps no mesh */
   SIGNOROM_TEXT_AREA_UNIT = 7,   /* unit of contact areas; empty where the model keeps no mesh */
-  SIGNOROM_TEXT_KIND = 8,        /* kind of the reduced model: condensed, interpolated, tied or hhr */
+  SIGNOROM_TEXT_KIND = 8,        /* kind of the reduced model: condensed, interpolated, tied,
+                                    inelastic or hhr */
   SIGNOROM_TEXT_VERDICT = 9      /* verdict of the validation on forces and fields; begins with "NOT accepted" if the
                                     model is not good enough; empty before a validation */
 } signorom_text_kind;
@@ -139,6 +140,10 @@ typedef struct {
    * 0 without such bodies or without an answer. If it is not 0, the displacement and the gaps of these bodies are one
    * of many possible; forces and stresses are not affected. */
   int n_free_motions;
+  /* Estimate of the error of the contact forces, relative to their size, where materials yield or creep: how far the
+   * forces moved when the laws of the materials were asked at all points, over the size of the forces after that. It is
+   * an estimate and no bound. SIGNOROM_NO_BOUND: the model gives no estimate, or there is no answer. */
+  double error_estimate;
 } signorom_answer;
 
 #define SIGNOROM_NO_BOUND (-1.0)
@@ -147,7 +152,7 @@ typedef struct {
 /* clang-format off */
 #define SIGNOROM_ANSWER \
   { sizeof(signorom_answer), 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, \
-    SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, 0 }
+    SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, SIGNOROM_NO_BOUND, 0, SIGNOROM_NO_BOUND }
 /* clang-format on */
 
 /* Returns the version of the library, "major.minor.patch". A library has all functions, structures and numbers of the
@@ -278,7 +283,7 @@ int signorom_start(signorom_context *context, const double *parameters);
  * of the answer is not set; `answer` is not written. */
 int signorom_advance(signorom_context *context, double time, const double *tables, signorom_answer *answer);
 /* Gives the number of numbers that the next time of a history depends on: the last time, the parameters, and what
- * contacts with friction remember. It is 0 where the model has no history. */
+ * contacts with friction and materials that yield or creep remember. It is 0 where the model has no history. */
 int signorom_get_memory_size(const signorom_model *model, int *n);
 /* Gives these numbers. They are of use to signorom_set_memory alone, with the same file. SIGNOROM_BAD_ARGUMENT: no
  * history has begun, or its last time has no answer. */
@@ -397,7 +402,8 @@ int signorom_get_friction_fields(signorom_context *context, double *traction, do
  * contacts, or at a kink of an expression of the deck, the derivative towards larger values (direction 1) may differ
  * from the one towards smaller values (direction -1); is_one_sided [n_parameters] is 1 for the parameters where it
  * does. Both directions give the derivative with respect to the parameter; -1 does not change the sign. n_grazing and
- * is_one_sided may be null. Models of the kinds condensed, interpolated and tied have derivatives. A hyper-reduced
+ * is_one_sided may be null. Models of the kinds condensed, interpolated and tied have derivatives, those of the kind
+ * inelastic have none (SIGNOROM_NO_ANSWER). A hyper-reduced
  * model that keeps the full-order operator gives the derivatives of the full-order solution, and not those of its own
  * answer. The call returns SIGNOROM_NO_ANSWER if the model is hyper-reduced and has no such operator, or if this
  * operator has no answer at the point; if a load (whole_edges) or an expression jumps, has no finite slope or has no

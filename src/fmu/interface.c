@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: BSD-3-Clause */
 /* The functions of FMI 3.0 that the FMU supports. Its outputs are functions of its inputs at the same time, so there
- * are no states and no events; those of a model with friction and a history are functions of all steps so far. */
+ * are no states and no events; those of a model that remembers (friction, materials that yield or creep) are functions
+ * of all steps so far. */
 #include "unit.h"
 
 #include <stdlib.h>
@@ -20,7 +21,7 @@ FMI3_EXPORT fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3Strin
   (void)name, (void)is_visible, (void)is_logging;
   unit_t *const unit = unit_create(token, resources, environment, log);
   if (!unit || !unit->remembers) return unit;
-  unit_say(unit, fmi3Error, "friction remembers: this FMU is for co-simulation alone, which goes step by step");
+  unit_say(unit, fmi3Error, "the model remembers: this FMU is for co-simulation alone, which goes step by step");
   unit_free(unit);
   return NULL;
 }
@@ -82,7 +83,7 @@ FMI3_EXPORT fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueRefe
     double *const input = &unit->inputs[references[i] - 1];
     if (*input == values[i]) continue;
     if (unit->has_stepped && references[i] <= (unsigned)unit->n_given)
-      return unit_say(unit, fmi3Error, "a parameter stays as it is from the first step on: friction remembers");
+      return unit_say(unit, fmi3Error, "a parameter stays as it is from the first step on: the model remembers");
     *input = values[i];
     if (!unit->remembers) unit->is_current = unit->has_gradient = false;
   }

@@ -179,8 +179,8 @@ static parts_t parts_of(const unit_t *unit, double *room, int n) {
   return parts;
 }
 
-/* Returns the value of an output in answer i, or its derivative i; the certificates and is_inside_box come from
- * `answer` and are 0 if it is null, as for derivatives. */
+/* Returns the value of an output in answer i, or its derivative i; the certificates, the estimate and is_inside_box
+ * come from `answer` and are 0 if it is null, as for derivatives. */
 static double value_of(const unit_t *unit, const parts_t *parts, output_t output, int i,
                        const signorom_answer *answer) {
   const int n_dimensions = unit->sizes.n_dimensions;
@@ -198,6 +198,8 @@ static double value_of(const unit_t *unit, const parts_t *parts, output_t output
     return answer ? answer->relative_bound : 0;
   case OUTPUT_DISPLACEMENT_BOUND:
     return answer ? answer->relative_displacement_bound : 0;
+  case OUTPUT_ESTIMATE:
+    return answer ? answer->error_estimate : 0;
   case OUTPUT_INSIDE:
     return answer ? answer->is_inside_box : 0;
   }

@@ -8,9 +8,9 @@
 #include "signorom.h"
 
 /* What an output is: area, force or moment of a contact of the deck, displacement of a node, certificates (the
- * relative_bound and the relative_displacement_bound of the answer), or whether the inputs are inside of the box.
- * `entry` is the contact, or the place of the node in `nodes`; `component` is the direction. Both count from 0; outputs
- * that have none do not use them. */
+ * relative_bound and the relative_displacement_bound of the answer), its error_estimate, or whether the inputs are
+ * inside of the box. `entry` is the contact, or the place of the node in `nodes`; `component` is the direction. Both
+ * count from 0; outputs that have none do not use them. */
 typedef enum {
   OUTPUT_AREA,
   OUTPUT_FORCE,
@@ -18,6 +18,7 @@ typedef enum {
   OUTPUT_DISPLACEMENT,
   OUTPUT_BOUND,
   OUTPUT_DISPLACEMENT_BOUND,
+  OUTPUT_ESTIMATE,
   OUTPUT_INSIDE
 } output_kind;
 
@@ -43,9 +44,9 @@ typedef struct {
   double *room;     /* work space: multipliers, areas, forces, moments, displacements of an answer, or derivatives */
   bool is_current, has_gradient;
   double time;
-  /* Of a model with friction and a history (remembers), whose outputs are those of the last step: the first n_given
-   * inputs are parameters, which stay as they are from the first step on; then come the time, which is that of the
-   * steps, and the tables. */
+  /* Of a model with a history whose answers depend on earlier ones (remembers), as with friction or materials that
+   * yield or creep. Its outputs are those of the last step. The first n_given inputs are parameters, which stay as they
+   * are from the first step on; then come the time, which is that of the steps, and the tables. */
   bool remembers, has_stepped;
   int n_given;
   int n_memory;

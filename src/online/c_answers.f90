@@ -20,6 +20,7 @@ module sig_c_answers
     integer(c_int) :: n_solutions
     real(c_double) :: bound, relative_bound, displacement_bound, relative_displacement_bound
     integer(c_int) :: n_free_motions
+    real(c_double) :: error_estimate
   end type c_answer_t
 
   !> [bytes] size of the first version of the structure, which ends with n_solutions and padding
@@ -146,7 +147,7 @@ contains
         n_iterations=answer%n_iterations, is_inside_box=merge(1, 0, answer%is_inside_box), distance=answer%distance, &
         residual=answer%residual, n_solutions=answer%n_solutions, bound=answer%bound, relative_bound=answer%relative_bound, &
         displacement_bound=answer%displacement_bound, relative_displacement_bound=answer%relative_displacement_bound, &
-        n_free_motions=answer%n_free_motions)
+        n_free_motions=answer%n_free_motions, error_estimate=answer%error_estimate)
     end associate
     call c_f_pointer(place, bytes, [min(n_bytes, c_sizeof(told))])
     call c_f_pointer(c_loc(told), own, [size(bytes)])

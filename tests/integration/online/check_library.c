@@ -121,9 +121,13 @@ static int check_sizes(signorom_context *context, const double *points) {
   none.size = offsetof(signorom_answer, n_free_motions); /* the version before that member */
   none.n_free_motions = 9;
   is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.n_free_motions == 9;
+  none.size = offsetof(signorom_answer, error_estimate);
+  none.error_estimate = 9;
+  is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.error_estimate == 9;
   none.size = sizeof none;
   is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.n_free_motions == 0;
-  none.size = (size_t)1 << 40; /* what was there before: no version is as large */
+  is_fine &= none.error_estimate == SIGNOROM_NO_BOUND; /* no material flows */
+  none.size = (size_t)1 << 40;                         /* what was there before: no version is as large */
   is_fine &= signorom_query_many(context, 1, points, &none, NULL) == SIGNOROM_BAD_ARGUMENT;
   memset(&none, 0, sizeof none); /* the first version: what came later is not written */
   is_fine &= signorom_query(context, points, &none) == SIGNOROM_OK && none.size == offsetof(signorom_answer, bound);

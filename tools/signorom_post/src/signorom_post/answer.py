@@ -246,6 +246,10 @@ class Answer:
     #: If it is not 0, the displacement and the gaps of these bodies are one of many possible; forces and stresses are
     #: not affected
     n_free_motions: int
+    #: estimate of the error of the contact forces, relative to their size, where materials yield or creep: how far the
+    #: forces moved when the laws of the materials were asked at all points, over the size of the forces after that. It
+    #: is an estimate and no bound; None if the model gives none
+    error_estimate: float | None
     #: returns the derivatives towards larger (1) or smaller (-1) values of the parameters
     _differentiate: Callable[[int], Gradient] = field(repr=False, compare=False)
     _areas: FloatArray = field(repr=False, compare=False)

@@ -54,6 +54,8 @@ class Answers:
     relative_displacement_bound: FloatArray
     #: as in Answer; 0 without an answer
     n_free_motions: IntArray
+    #: estimate of the error as in Answer, but NaN where Answer has None, and at points without an answer
+    error_estimate: FloatArray
     _areas: FloatArray = field(repr=False)
     _n_normal: int = field(repr=False)
 

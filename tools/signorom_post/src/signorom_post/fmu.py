@@ -23,7 +23,7 @@ from signorom_post.online import DISPLACEMENT_NONE, Model
 PLATFORM = "x86_64-linux"
 WRAPPER = "libsignorom_fmu.so"
 #: numbers of the kinds of outputs, as src/fmu/unit.h has them
-AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, INSIDE = range(7)
+AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, ESTIMATE, INSIDE = range(8)
 #: libraries that each Linux has, or that must not be there twice in a process
 OF_THE_SYSTEM = re.compile(
     r"^(linux-vdso|ld-linux|libc|libm|libdl|libpthread|librt|libresolv|libgcc_s|libstdc\+\+)(?=[.-])"
@@ -38,7 +38,7 @@ class Output:
     #: unit of measure; empty: none
     unit: str
     description: str
-    #: one of AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, INSIDE
+    #: one of AREA, FORCE, MOMENT, DISPLACEMENT, BOUND, DISPLACEMENT_BOUND, ESTIMATE, INSIDE
     kind: int
     #: number of the contact of the deck, or of the node among the chosen nodes, from 0
     entry: int = 0
@@ -50,11 +50,12 @@ def write_fmu(model: Model, path: Path, output: Path, tags: list[int]) -> str:
     """Writes the FMU `output` of a model whose file is `path`; returns why it has no derivatives, empty if it has them.
 
     Its outputs are area, force and moment of each contact of the deck, the displacements of the nodes `tags` (numbers
-    of the mesh file), the relative bounds of the errors of contact forces and displacements if the model gives them in
-    the middle of its box, and is_inside_box. With friction and a history they are those of the last step, and the
-    inputs are the tables; the parameters of the deck stay as they are. InputError if a node is unknown, is named twice
-    or has no displacement, or if a library that the FMU needs is missing. NoAnswerError if the model has no answer in
-    the middle of its box. OSError if the model file cannot be read or the FMU cannot be written.
+    of the mesh file), the relative bounds of the errors of contact forces and displacements and the estimate of the
+    error if the model gives them in the middle of its box, and is_inside_box. Where the model remembers
+    (Model.remembers) they are those of the last step, and the inputs are the tables; the parameters of the deck stay as
+    they are. InputError if a node is unknown, is named twice or has no displacement, or if a library that the FMU needs
+    is missing. NoAnswerError if the model has no answer in the middle of its box. OSError if the model
+    file cannot be read or the FMU cannot be written.
     """
     content = path.read_bytes()
     token = hashlib.sha256(content).hexdigest()
@@ -144,6 +145,9 @@ def outputs_of(model: Model, tags: list[int]) -> list[Output]:
     if answer.relative_displacement_bound is not None:
         text = "Certificate: bound of the error of the displacement, relative, in the norm of the stiffness"
         outputs.append(Output("relative_displacement_bound", "", text, DISPLACEMENT_BOUND))
+    if answer.error_estimate is not None:
+        text = "Estimate (no bound) of the error of the contact forces, relative to their size"
+        outputs.append(Output("error_estimate", "", text, ESTIMATE))
     outputs.append(Output("is_inside_box", "", "The inputs lie in the trained box", INSIDE))
     return outputs
 
@@ -154,24 +158,36 @@ def middle(model: Model) -> dict[str, float]:
 
 
 def answer_in_middle(model: Model) -> Answer:
-    """Returns the answer in the middle of the box; where the model remembers, after one step to the last trained time.
+    """Returns the answer in the middle of the box; where the model remembers, after the deck's steps.
 
     NoAnswerError if there is none.
     """
     values = middle(model)
     if not model.remembers:
         return model.query(nodes=[], **values)
-    names = list(values)
-    given = {name: values[name] for name in names[: model.n_given]}
-    tables = {name: values[name] for name in names[model.n_given + 1 :]}
-    with model.start(**given) as history:
-        return history.advance(model.times[-1], nodes=[], **tables)
+    with model.start(**given_of(model, values)) as history:
+        return [history.advance(time, nodes=[]) for time in model.times][-1]
+
+
+def given_of(model: Model, values: dict[str, float]) -> dict[str, float]:
+    """Returns the values of the deck's parameters alone, without time and tables."""
+    return dict(list(values.items())[: model.n_given])
 
 
 def refusal_of_gradient(model: Model) -> str:
-    """Returns why the model has no derivatives in the middle of its box, where the FMU starts; empty if it has them."""
+    """Returns why the model has no derivatives in the middle of its box, where the FMU starts; empty if it has them.
+
+    Where the model remembers, derivatives are those of one step with respect to the tables: here the first one, which
+    goes to the last trained time.
+    """
+    values = middle(model)
     try:
-        _ = answer_in_middle(model).gradient
+        if model.remembers:
+            tables = dict(list(values.items())[model.n_given + 1 :])
+            with model.start(**given_of(model, values)) as history:
+                _ = history.advance(model.times[-1], nodes=[], **tables).gradient
+        else:
+            _ = answer_in_middle(model).gradient
     except NoAnswerError as error:
         return str(error)
     return ""
@@ -287,9 +303,9 @@ def documentation(model: Model) -> str:
     inputs = "The inputs are its parameters."
     if model.remembers:
         inputs = (
-            "It has friction, which remembers: a step of the master is a step of the history, which begins at the time "
-            "0, where nothing has happened. Inputs are the tables at the end of the step, outputs are those of the last "
-            "step. Parameters stay as they are from the first step on."
+            "Its answers depend on earlier ones: a step of the master is a step of the history, which begins at the "
+            "time 0, where nothing has happened. Inputs are the tables at the end of the step, outputs are those of the "
+            "last step. Parameters stay as they are from the first step on."
         )
     return (
         f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>{html.escape(model.title)}</title></head>'

@@ -69,6 +69,7 @@ class CAnswer(ctypes.Structure):
         ("displacement_bound", c_double),
         ("relative_displacement_bound", c_double),
         ("n_free_motions", c_int),
+        ("error_estimate", c_double),
     ]
 
 
@@ -199,7 +200,7 @@ def text_of(value: bytes | None) -> str:
 
 
 def known(bound: float) -> float | None:
-    """Returns a bound of an answer; None for SIGNOROM_NO_BOUND."""
+    """Returns a bound or an estimate of an answer; None for SIGNOROM_NO_BOUND."""
     return None if bound < 0 else bound
 
 

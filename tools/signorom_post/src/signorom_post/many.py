@@ -69,11 +69,12 @@ def answers_at(
         displacement_bound=_known(told["displacement_bound"], has_answer),
         relative_displacement_bound=_known(told["relative_displacement_bound"], has_answer),
         n_free_motions=told["n_free_motions"].astype(np.int64),
+        error_estimate=_known(told["error_estimate"], has_answer),
         _areas=areas,
         _n_normal=n_normal,
     )
 
 
 def _known(bounds: FloatArray, has_answer: BoolArray) -> FloatArray:
-    """Returns the bounds, NaN at points without an answer or without a bound."""
+    """Returns bounds or estimates, NaN at points without an answer or without a bound or an estimate."""
     return np.where(has_answer & (bounds >= 0), bounds, np.nan)

@@ -138,7 +138,7 @@ class Model:
 
     @property
     def kind(self) -> str:
-        """Kind of reduced model: condensed, interpolated, tied or hhr."""
+        """Kind of reduced model: condensed, interpolated, tied, inelastic or hhr."""
         return self._told(8)
 
     def describe(self) -> str:
@@ -443,6 +443,7 @@ class Model:
                 displacement_bound=known(told.displacement_bound),
                 relative_displacement_bound=known(told.relative_displacement_bound),
                 n_free_motions=told.n_free_motions,
+                error_estimate=known(told.error_estimate),
                 _differentiate=partial(self._gradient, ask, indices),
                 _areas=self._areas,
                 _n_normal=self._n_normal,
