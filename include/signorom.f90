@@ -80,8 +80,8 @@ module signorom
     signorom_get_coordinates, &
     signorom_get_displacement, signorom_get_displacement_at, signorom_get_field_sizes, signorom_get_cells, &
     signorom_region_name, signorom_get_contact_facets, signorom_get_stresses, signorom_get_imposed_strains, &
-    signorom_get_contact_fields, signorom_get_friction_fields, signorom_differentiate, signorom_get_multiplier_gradient, &
-    signorom_get_resultant_gradient, &
+    signorom_get_contact_fields, signorom_get_friction_fields, signorom_get_plastic_strains, signorom_get_creep_strains, &
+    signorom_differentiate, signorom_get_multiplier_gradient, signorom_get_resultant_gradient, &
     signorom_get_displacement_gradient_at, signorom_get_displacement_gradient_errors
 
   interface
@@ -390,6 +390,22 @@ module signorom
       real(c_double), intent(out), optional :: slip(*)
       integer(c_int), intent(out), optional :: status(*)
     end function signorom_get_friction_fields
+
+    integer(c_int) function signorom_get_plastic_strains(context, strain, tensor, nodal_strain) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(out), optional :: strain(*)
+      real(c_double), intent(out), optional :: tensor(*)
+      real(c_double), intent(out), optional :: nodal_strain(*)
+    end function signorom_get_plastic_strains
+
+    integer(c_int) function signorom_get_creep_strains(context, strain, tensor, nodal_strain) bind(c)
+      import :: c_double, c_int, c_ptr
+      type(c_ptr), value :: context
+      real(c_double), intent(out), optional :: strain(*)
+      real(c_double), intent(out), optional :: tensor(*)
+      real(c_double), intent(out), optional :: nodal_strain(*)
+    end function signorom_get_creep_strains
 
     integer(c_int) function signorom_differentiate(context, direction, n_grazing, is_one_sided) bind(c)
       import :: c_int, c_ptr

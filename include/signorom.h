@@ -373,7 +373,7 @@ int signorom_get_contact_facets(const signorom_model *model, int *starts, int *n
 /* Gives the stresses of the last answer: the means over the cells [n_cells][6] and their von Mises stress [n_cells],
  * and the smoothed stresses at the nodes [n_nodes][6] with their von Mises stress [n_nodes]. The components are xx, yy,
  * zz, xy, yz, xz. In axisymmetric models x = r and y = z, and zz is the hoop stress. Any array may be null. After a
- * query the first of this call and the next three computes all fields; the others copy them. All of them return
+ * query the first of this call and the next five computes all fields; the others copy them. All of them return
  * SIGNOROM_NO_ANSWER where the model gives no fields, or where the point is not possible for a material: an elastic
  * constant or an imposed strain has no finite value, or Hooke's matrix is not finite. */
 int signorom_get_stresses(signorom_context *context, double *stress, double *von_mises, double *nodal_stress,
@@ -394,6 +394,15 @@ int signorom_get_contact_fields(signorom_context *context, double *force, double
  * 0 no contact, 1 open, 2 sticks, 3 slips (also closed without friction), 4 tied. Any array may be null. Errors as for
  * signorom_get_stresses; SIGNOROM_NO_ANSWER also where the model has no friction. */
 int signorom_get_friction_fields(signorom_context *context, double *traction, double *slip, int *status);
+/* Gives the plastic strains of the last answer: the accumulated equivalent strain [n_cells] and the tensor [n_cells][6]
+ * as means over the cells, in the order of signorom_get_stresses, shears as tensor components; and the smoothed
+ * equivalent strain at the nodes [n_nodes]. They are 0 in regions without plasticity. The stresses of
+ * signorom_get_stresses leave them out. Any array may be null. Errors as for signorom_get_stresses; SIGNOROM_NO_ANSWER
+ * also where no material of the model has plasticity. */
+int signorom_get_plastic_strains(signorom_context *context, double *strain, double *tensor, double *nodal_strain);
+/* Gives the creep strains of the last answer, as signorom_get_plastic_strains. SIGNOROM_NO_ANSWER also where no
+ * material of the model creeps. */
+int signorom_get_creep_strains(signorom_context *context, double *strain, double *tensor, double *nodal_strain);
 
 /* Computes the derivatives of the last answer with respect to each parameter. After signorom_advance with null tables
  * those with respect to a parameter of the deck or the time contain what the tables of the model change with it; for

@@ -4,6 +4,8 @@ module sig_c_api_fields
   use, intrinsic :: iso_c_binding, only: c_int, c_null_ptr, c_ptr
   use sig_c_handles, only: answered_context, code_ok, context_handle_t, keep, model_handle_t, no_answer, &
     put_integers, put_reals, ready_model, text_at
+  use sig_field_map, only: tensors_of
+  use sig_kinds, only: rk
   implicit none(type, external)
   private
 
@@ -144,6 +146,54 @@ contains
       call put_integers(values%node_friction, status)
     end associate
   end function signorom_get_friction_fields
+
+  integer(c_int) function signorom_get_plastic_strains(context, strain, tensor, nodal_strain) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: strain, tensor, nodal_strain
+    type(context_handle_t), pointer :: handle
+
+    handle => context_with_fields(context, code)
+    if (.not. associated(handle)) return
+    associate (values => handle%fields%values)
+      call put_strains(handle, values%plastic, values%plastic_smoothed, 'no material of the model has plasticity', strain, &
+        tensor, nodal_strain, code)
+    end associate
+  end function signorom_get_plastic_strains
+
+  integer(c_int) function signorom_get_creep_strains(context, strain, tensor, nodal_strain) result(code) bind(c)
+    type(c_ptr), value :: context
+    type(c_ptr), value :: strain, tensor, nodal_strain
+    type(context_handle_t), pointer :: handle
+
+    handle => context_with_fields(context, code)
+    if (.not. associated(handle)) return
+    associate (values => handle%fields%values)
+      call put_strains(handle, values%creep, values%creep_smoothed, 'no material of the model creeps', strain, tensor, &
+        nodal_strain, code)
+    end associate
+  end function signorom_get_creep_strains
+
+  !> Gives plastic strains or creep strains to the caller. If the model has none, code is no_answer, and `refusal` becomes the
+  !> message of the context.
+  subroutine put_strains(handle, of_cells, of_nodes, refusal, strain, tensor, nodal_strain, code)
+    type(context_handle_t), intent(inout) :: handle
+    !> as in field_values_t, not allocated: none
+    real(rk), allocatable, intent(in) :: of_cells(:, :)
+    real(rk), allocatable, intent(in) :: of_nodes(:, :)
+    character(*), intent(in) :: refusal
+    type(c_ptr), intent(in) :: strain, tensor, nodal_strain
+    integer(c_int), intent(out) :: code
+
+    code = no_answer
+    if (.not. allocated(of_cells)) then
+      call keep(handle%message, refusal)
+      return
+    end if
+    call put_reals(of_cells(7, :), strain)
+    call put_reals(reshape(tensors_of(of_cells), [6 * size(of_cells, 2)]), tensor)
+    call put_reals(of_nodes(7, :), nodal_strain)
+    code = code_ok
+  end subroutine put_strains
 
   !> Returns the handle of a context whose last answer has its fields; the first call after a query computes them. Otherwise it
   !> returns null, and the message of the context (unless `context` is null) says why: code = bad_argument without an answer,

@@ -13,7 +13,7 @@ module sig_field_map
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: field_map_t, field_values_t
+  public :: field_map_t, field_values_t, tensors_of
 
   !> The data for fields. Nothing is allocated in a model without fields.
   type :: field_map_t
@@ -256,6 +256,16 @@ contains
     call map%of_cells%spread_points(at_points, of_cells)
     call map%of_nodes%spread_points(at_points, of_nodes)
   end subroutine spread_strains
+
+  !> Returns plastic strains or creep strains as tensors, shape (6, n): shears are half of the angles.
+  pure function tensors_of(strains) result(tensors)
+    !> plastic or creep of field_values_t, shape (7, n)
+    real(rk), intent(in) :: strains(:, :)
+    real(rk) :: tensors(n_stresses, size(strains, 2))
+
+    tensors = strains(:n_stresses, :)
+    tensors(4:, :) = tensors(4:, :) / 2
+  end function tensors_of
 
   !> Computes stresses and their von Mises stresses, as means over the cells and smoothed at the nodes, and the imposed strains as
   !> means over the cells. Where materials flow, their strains cause no stress. Requires: take_displacement; plastic and creep are

@@ -8,7 +8,7 @@ module sig_field_writer
   use sig_element_types, only: element_type_with
   use sig_errors, only: error_t
   use sig_field_file, only: field_file_t
-  use sig_field_map, only: field_values_t
+  use sig_field_map, only: field_values_t, tensors_of
   use sig_kinds, only: rk
   use sig_mesh, only: mesh_t
   use sig_model, only: model_t
@@ -214,13 +214,10 @@ contains
     real(rk), intent(in) :: of_nodes(:, :)
     !> `plastic` or `creep`
     character(*), intent(in) :: kind
-    real(rk) :: tensors(6, size(of_cells, 2))
 
-    tensors = of_cells(:6, :)
-    tensors(4:, :) = tensors(4:, :) / 2
     call file%add_cell_field(kind // '_strain', of_cells(7, :), '-', &
       'accumulated equivalent ' // kind // ' strain, mean of the cell')
-    call file%add_cell_field(kind // '_strain_tensor', tensors, '-', kind // ' strain, mean of the cell')
+    call file%add_cell_field(kind // '_strain_tensor', tensors_of(of_cells), '-', kind // ' strain, mean of the cell')
     call file%add_node_field(kind // '_strain_smoothed', of_nodes(7, :), '-', &
       'accumulated equivalent ' // kind // ' strain of the cells around the node, weighted by volume, of one material')
   end subroutine write_flow

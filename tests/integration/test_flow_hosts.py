@@ -10,7 +10,7 @@ import pytest
 from fmpy.validation import validate_fmu
 
 from block_meshes import stacked_blocks
-from results import read_table
+from results import read_fields, read_table
 from test_fmu import Instance, run_post
 
 pytestmark = pytest.mark.slow
@@ -110,6 +110,26 @@ def test_python_arrays(signorom, model_file, post):
     np.testing.assert_allclose(found.ravel(), expected, rtol=PRINTED, atol=0)
 
 
+def test_fields(model_file, post, table):
+    """Stresses and inelastic strains are those of `predict --fields`, bit by bit."""
+    names = ["stress", "von_mises", "von_mises_smoothed", "gap"]
+    for kind in ("plastic", "creep"):
+        names += [f"{kind}_strain", f"{kind}_strain_tensor", f"{kind}_strain_smoothed"]
+    assert len(table["time"]) == len(STEPS)
+    path = model_file.parent / "predicted_fields" / "fields.h5"
+    with post.Model(model_file) as model, model.start(**GIVEN) as history:
+        for i, (time, power) in enumerate(STEPS, start=1):
+            history.advance(time, nodes=[], power=power)
+            fields, expected = history.fields(), read_fields(path, i)
+            for name in names:
+                np.testing.assert_array_equal(getattr(fields, name), expected[name], name)
+                assert name in fields.units
+    assert fields.plastic_strain.max() > 0
+    assert fields.creep_strain.max() > 0
+    assert (fields.plastic_strain >= 0).all()
+    assert fields.tangential_traction is None
+
+
 def test_model_without_flow_has_no_estimate(signorom, post, tmp_path):
     """None and NaN, as where there is no bound; the unit has no such output."""
     flow = re.search(r"    plasticity.*\n    creep.*\n", DECK)[0]
@@ -120,6 +140,8 @@ def test_model_without_flow_has_no_estimate(signorom, post, tmp_path):
     with post.Model(tmp_path / "results" / "part" / "model.h5") as model:
         with model.start(**GIVEN) as history:
             assert history.advance(1.0, nodes=[]).error_estimate is None
+            assert history.fields().plastic_strain is None
+            assert history.fields().creep_strain is None
         assert np.isnan(model.query_history(np.array([[0.002, 180.0]])).error_estimate).all()
 
 

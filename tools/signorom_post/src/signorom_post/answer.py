@@ -152,6 +152,16 @@ class Fields:
     slip: FloatArray | None = None
     #: status of each node: 0 no contact, 1 open, 2 sticks, 3 slips (also closed without friction), 4 tied
     friction_status: IntArray | None = None
+    #: where some material has plasticity, else None: accumulated equivalent plastic strain, plastic strain (a tensor),
+    #: means of the cells, shapes (n_cells) and (n_cells, 6), and the equivalent strain at the nodes,
+    #: smoothed, shape (n_nodes)
+    plastic_strain: FloatArray | None = None
+    plastic_strain_tensor: FloatArray | None = None
+    plastic_strain_smoothed: FloatArray | None = None
+    #: where some material creeps, else None: the same of creep
+    creep_strain: FloatArray | None = None
+    creep_strain_tensor: FloatArray | None = None
+    creep_strain_smoothed: FloatArray | None = None
 
 
 @dataclass(frozen=True)

@@ -137,6 +137,8 @@ _SIGNATURES = {
     "signorom_get_stresses": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _DOUBLES, _DOUBLES]),
     "signorom_get_imposed_strains": (c_int, [c_void_p, _DOUBLES]),
     "signorom_get_friction_fields": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _INTS]),
+    "signorom_get_plastic_strains": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _DOUBLES]),
+    "signorom_get_creep_strains": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _DOUBLES]),
     "signorom_get_contact_fields": (c_int, [c_void_p, _DOUBLES, _DOUBLES, _DOUBLES, _INTS, _INTS]),
     "signorom_differentiate": (c_int, [c_void_p, c_int, _INTS, _INTS]),
     "signorom_get_multiplier_gradient": (c_int, [c_void_p, _DOUBLES]),

@@ -85,6 +85,10 @@ def fields_of(
             "slip": units["displacement"],
             "friction_status": "-",
         }
+    strains: dict[str, FloatArray] = {}
+    for kind in ("plastic", "creep"):
+        strains |= _strains_of(library, context, kind, n_cells, n_nodes)
+    units |= dict.fromkeys(strains, "-")
     return Fields(
         point=point,
         displacement=displacement,
@@ -105,6 +109,7 @@ def fields_of(
         tangential_traction=None if friction is None else friction[0],
         slip=None if friction is None else friction[1],
         friction_status=None if friction is None else friction[2],
+        **strains,
     )
 
 
@@ -117,6 +122,21 @@ def _friction_of(
     if library.signorom_get_friction_fields(context, doubles(traction), doubles(slip), ints(status)):
         return None
     return traction, slip, status.astype(np.int64)
+
+
+def _strains_of(
+    library: ctypes.CDLL, context: c_void_p, kind: str, n_cells: int, n_nodes: int
+) -> dict[str, FloatArray]:
+    """Returns the fields of the strains of a kind, `plastic` or `creep`, by their names; empty where there are none."""
+    strain, tensor, smoothed = np.zeros(n_cells), np.zeros((n_cells, 6)), np.zeros(n_nodes)
+    get = getattr(library, f"signorom_get_{kind}_strains")
+    if get(context, doubles(strain), doubles(tensor), doubles(smoothed)):
+        return {}
+    return {
+        f"{kind}_strain": strain,
+        f"{kind}_strain_tensor": tensor,
+        f"{kind}_strain_smoothed": smoothed,
+    }
 
 
 def _units(library: ctypes.CDLL, model: c_void_p) -> dict[str, str]:
