@@ -5,7 +5,7 @@ module sig_answer_block
   use sig_force_columns, only: force_columns, force_values
   use sig_kinds, only: rk
   use sig_model, only: model_t
-  use sig_reasons, only: reason_text
+  use sig_reasons, only: reason_length
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
   use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods
@@ -41,6 +41,8 @@ module sig_answer_block
     !> capacity); zero and false without friction
     real(rk), allocatable :: slip(:, :)
     logical, allocatable :: slips(:, :)
+    !> why points have no answer, shape (capacity)
+    character(reason_length), allocatable :: refusals(:)
     !> these components of the answers, shape (capacity). methods: 0 without an answer; bounds, estimates: [-], negative without
     !> one; is_outside: the point is outside of the trained box
     integer, allocatable :: clusters(:)
@@ -88,7 +90,8 @@ contains
     allocate (self%multipliers(online%model%n_multipliers, capacity), self%clusters(capacity))
     allocate (self%slip(online%model%n_multipliers, capacity), source=0.0_rk)
     allocate (self%slips(online%model%laws%n_contacts, capacity), source=.false.)
-    allocate (self%methods(capacity), self%reasons(capacity), self%n_solutions(capacity), self%bounds(capacity), &
+    allocate (self%methods(capacity), self%reasons(capacity), self%refusals(capacity), &
+      self%n_solutions(capacity), self%bounds(capacity), &
       self%displacement_bounds(capacity), self%estimates(capacity), self%is_outside(capacity))
     do i = 1, n_threads
       allocate (self%askers(i)%counts(0:n_answer_methods), source=0)
@@ -140,6 +143,8 @@ contains
         self%clusters(i) = asker%answer%cluster
         self%methods(i) = merge(asker%answer%method, 0, asker%answer%reason > 0)
         self%reasons(i) = asker%answer%reason
+        if (asker%answer%reason <= 0) call self%online%model%parts(asker%answer%part)%reduced%put_refusal(asker%answer, &
+          self%refusals(i))
         self%n_solutions(i) = asker%answer%n_solutions
         self%bounds(i) = asker%answer%relative_bound
         self%displacement_bounds(i) = asker%answer%relative_displacement_bound
@@ -173,7 +178,7 @@ contains
       call self%askers(i)%query%destroy()
     end do
     deallocate (self%askers, self%points, self%multipliers, self%slip, self%slips, self%clusters, self%methods, self%reasons, &
-      self%n_solutions, self%bounds, self%displacement_bounds, self%estimates, self%is_outside)
+      self%refusals, self%n_solutions, self%bounds, self%displacement_bounds, self%estimates, self%is_outside)
   end subroutine destroy
 
   !> Returns the head of the table, without a line end: the names of the parameters, cluster, next_cluster (only with several
@@ -210,7 +215,7 @@ contains
     if (self%reasons(i) > 0) then
       text = text // 'answered,'
     else
-      text = text // '"' // reason_text(self%reasons(i)) // '",'
+      text = text // '"' // trim(self%refusals(i)) // '",'
     end if
     text = text // method_name(self%methods(i)) // ',' // to_text(self%n_solutions(i)) // ',' // &
       bound_text(self%bounds(i)) // ',' // bound_text(self%displacement_bounds(i)) // ','

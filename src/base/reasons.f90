@@ -60,7 +60,7 @@ module sig_reasons
   integer, parameter, public :: reason_unsolved_friction = -26
 
   !> length of the longest sentence
-  integer, parameter, public :: reason_length = 128
+  integer, parameter, public :: reason_length = 256
 
 contains
 
@@ -121,7 +121,7 @@ contains
     case (reason_no_friction)
       text = 'a coefficient of friction is negative at this point'
     case (reason_needs_history)
-      text = 'friction remembers: a state depends on those before it; ask for the history from its beginning'
+      text = 'the model remembers: a state depends on those before it; ask for the history from its beginning'
     case default
       call put_lcp_reason(reason, text)
     end select

@@ -5,7 +5,7 @@ module sig_property_checks
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: bad_creep, bad_elastic_constant, bad_stress, is_positive_or_zero
+  public :: bad_creep, bad_elastic_constant, bad_stress, is_positive_or_zero, rule_of
 
 contains
 
@@ -43,6 +43,26 @@ contains
     end do
     bad = 0
   end function bad_stress
+
+  !> Returns what is allowed for a property, as the end of a sentence.
+  pure function rule_of(name) result(rule)
+    !> one of material_law_t%property_names
+    character(*), intent(in) :: name
+    character(60) :: rule
+
+    select case (name)
+    case ('young_modulus')
+      rule = 'it must be positive'
+    case ('poisson_ratio')
+      rule = 'it must be between -1 and 0.5'
+    case ('yield_stress')
+      rule = 'it must be positive, and must not fall along a curve'
+    case ('exponent')
+      rule = 'it must be at least 1'
+    case default
+      rule = 'it must not be negative'
+    end select
+  end function rule_of
 
   !> Whether a property is finite and not negative.
   pure logical function is_positive_or_zero(value)

@@ -52,6 +52,9 @@ module sig_answer
     integer :: method = 0
     !> one of sig_reasons
     integer :: reason = reason_bad_point
+    !> with reason_bad_property: number of the material, 1-based among those of the part that flow, and of the property of its law;
+    !> else 0
+    integer :: flaw(2) = 0
     !> number of linear solves and pivots
     integer :: n_iterations = 0
     !> whether the point lies in the trained box; outside there is an answer, too
@@ -126,6 +129,7 @@ contains
     self%is_whole = .false.
     self%method = 0
     self%reason = reason_bad_point
+    self%flaw = 0
     self%n_iterations = 0
     self%is_inside_box = .false.
     self%distance = huge(self%distance)

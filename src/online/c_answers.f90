@@ -5,7 +5,7 @@ module sig_c_answers
     c_sizeof
   use sig_c_handles, only: bad_argument, code_ok, context_handle_t, keep, no_answer
   use sig_kinds, only: rk
-  use sig_reasons, only: put_reason, reason_length
+  use sig_reasons, only: reason_length
   use sig_reconstruction, only: displacement_of_dof
   use sig_reduced, only: displacement_none
   implicit none(type, external)
@@ -124,7 +124,7 @@ contains
     type(context_handle_t), intent(inout) :: handle
     character(reason_length) :: text
 
-    call put_reason(handle%answer%reason, text)
+    call handle%model%online%model%parts(handle%answer%part)%reduced%put_refusal(handle%answer, text)
     call keep(handle%message, trim(text))
   end subroutine keep_reason
 

@@ -52,6 +52,7 @@ module sig_flow_points
     procedure :: read
     procedure :: n_points
     procedure :: create_room
+    procedure :: find_flaw
     procedure :: update
     procedure :: work_on_modes
     procedure :: work_on_contact
@@ -188,6 +189,26 @@ contains
         room%strains(n_strains * n), room%imposed(n_stresses * n), source=0.0_rk)
     end associate
   end subroutine create_room
+
+  !> Finds a property that is not finite or out of its range.
+  pure function find_flaw(self, laws, room) result(flaw)
+    class(flow_points_t), intent(in) :: self
+    type(flow_law_t), intent(in) :: laws(:)
+    !> in: properties
+    type(flow_room_t), intent(in) :: room
+    !> numbers of the material and of the property of its law, 1-based, at the first such point; 0: there is none
+    integer :: flaw(2)
+    integer :: i
+
+    do i = 1, self%n_points()
+      flaw(1) = self%materials(i)
+      associate (law => laws(flaw(1))%law)
+        flaw(2) = law%bad_property(room%properties(:law%n_properties(), i))
+      end associate
+      if (flaw(2) > 0) return
+    end do
+    flaw = 0
+  end function find_flaw
 
   !> Computes strains, and from them stresses and states at the end of a step.
   subroutine update(self, laws, theta, strain_theta, unknowns, amplitudes, dt, room, is_solved)

@@ -29,7 +29,8 @@ module sig_inelastic_model
   use sig_material_law, only: creep_strain_at, creep_strains, plastic_strain_at, plastic_strains
   use sig_material_laws, only: make_law
   use sig_missing_parts, only: fill_missing
-  use sig_reasons, only: reason_bad_term, reason_no_material_answer
+  use sig_property_checks, only: rule_of
+  use sig_reasons, only: put_reason, reason_bad_property, reason_bad_term, reason_no_material_answer
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_shape_checks, only: is_matrix
   use sig_term_check, only: are_sound_terms
@@ -44,9 +45,10 @@ module sig_inelastic_model
   type, extends(reduced_t) :: inelastic_model_t
     !> the elastic structure and its contacts, with a fixed W
     type(condensed_model_t) :: contact
-    !> names of the laws (sig_material_laws), strains of their hardening curves one after the other (those of material m are
-    !> curve_starts(m) + 1 to curve_starts(m + 1)), and [force/length**2] elastic stress per strain, shape (n_stresses, n_stresses *
-    !> n_materials)
+    !> names of the materials that flow in the deck, and of their laws (sig_material_laws), strains of their hardening curves one
+    !> after the other (those of material m are curve_starts(m) + 1 to curve_starts(m + 1)), and [force/length**2] elastic stress
+    !> per strain, shape (n_stresses, n_stresses * n_materials)
+    type(string_t), allocatable :: material_names(:)
     type(string_t), allocatable :: law_names(:)
     real(rk), allocatable :: curve_strains(:)
     integer, allocatable :: curve_starts(:)
@@ -76,6 +78,7 @@ module sig_inelastic_model
     procedure :: forget
     procedure :: n_remembered
     procedure :: n_flow_points
+    procedure :: put_refusal
     procedure :: save_memory
     procedure :: restore_memory
     procedure :: solve
@@ -148,6 +151,7 @@ contains
     call self%contact%complete(sizes)
     call fill_missing(self%mode_openings, sizes%n_multipliers)
     call fill_missing(self%modes, sizes%n_dofs)
+    call fill_missing(self%material_names)
     call fill_missing(self%law_names)
     call fill_missing(self%curve_strains)
     call fill_missing(self%curve_starts)
@@ -169,6 +173,7 @@ contains
     associate (n_modes => size(self%modes, 2), n => size(self%law_names))
       if (.not. is_matrix(self%modes, sizes%n_dofs, n_modes)) name = 'modes'
       if (.not. is_matrix(self%mode_openings, sizes%n_multipliers, n_modes)) name = 'mode_openings'
+      if (size(self%material_names) /= n) name = 'materials'
       if (.not. is_matrix(self%hooke, n_stresses, n_stresses * n)) name = 'hooke'
       if (.not. (self%largest_amplitude >= 0 .and. self%largest_amplitude <= huge(1.0_rk))) name = 'largest_amplitude'
       if (.not. are_starts(self%curve_starts, n, size(self%curve_strains))) name = 'curve_starts'
@@ -374,6 +379,9 @@ contains
       call start_chain(self, theta, room%corrected)
       call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
       call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
+      answer%flaw = self%all%find_flaw(self%laws, room%all)
+      answer%reason = reason_bad_property
+      if (answer%flaw(1) > 0) return
       call find_amplitudes(self, theta, room, answer%n_iterations, reason)
       if (reason > 0) call correct(self, theta, room, reason)
       answer%reason = reason
@@ -384,6 +392,23 @@ contains
       room%all%old_states = room%all%states
     end select
   end subroutine solve
+
+  !> Writes why the answer is none: which property of which material is out of its range, if that is why. Arguments:
+  !> put_usual_refusal in sig_reduced.
+  pure subroutine put_refusal(self, answer, text)
+    class(inelastic_model_t), intent(in) :: self
+    type(answer_t), intent(in) :: answer
+    character(*), intent(out) :: text
+
+    call put_reason(answer%reason, text)
+    if (answer%reason /= reason_bad_property .or. any(answer%flaw < 1)) return
+    associate (law => self%laws(answer%flaw(1))%law, material => self%material_names(answer%flaw(1)))
+      associate (property => law%property_names(answer%flaw(2)))
+        text = trim(property) // ' of the material ''' // material%text // ''' is not finite or out of its range at an ' // &
+          'integration point: ' // rule_of(property)
+      end associate
+    end associate
+  end subroutine put_refusal
 
   !> Keeps what the contacts remember, and prepares the answer of a chain.
   subroutine start_chain(self, theta, chain)
@@ -606,6 +631,7 @@ contains
     character(*), intent(in) :: force
 
     call self%contact%write(file, group, length, force)
+    call file%write(group // '/materials', self%material_names, description='materials that flow')
     call file%write(group // '/laws', self%law_names, description='material laws')
     call file%write(group // '/curve_strains', self%curve_strains, description='equivalent plastic strains of hardening curves')
     call file%write(group // '/curve_starts', self%curve_starts, description='number of strains before those of each material')
@@ -630,6 +656,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
 
     call self%contact%read(file, group, error)
+    call file%read(group // '/materials', self%material_names, error)
     call file%read(group // '/laws', self%law_names, error)
     call file%read(group // '/curve_strains', self%curve_strains, error)
     call file%read(group // '/curve_starts', self%curve_starts, error)

@@ -32,6 +32,8 @@ module sig_query
     real(rk) :: time_before = 0
     !> why the last time of a history that remembers has no answer; 0 if it has one
     integer :: failure = 0
+    !> answer_t%flaw of that time
+    integer :: flaw(2) = 0
     !> the last answer is that of advance with the model's own tables
     logical :: follows_tables = .false.
     type(rooms_t) :: rooms
@@ -176,12 +178,18 @@ contains
     if (is_valid) then
       if (.not. online%model%idle_work%is_zero(answer%theta)) answer%reason = reason_driven
     end if
-    if (self%failure /= 0) answer%reason = self%failure
+    if (self%failure /= 0) then
+      answer%reason = self%failure
+      answer%flaw = self%flaw
+    end if
     if (answer%reason > 0) then
       call self%rooms%begin_step(online%model, point, self%time - self%time_before)
       call answer_at(self, online, near, answer)
     end if
-    if (answer%reason <= 0 .and. online%model%remembers()) self%failure = answer%reason
+    if (answer%reason <= 0 .and. online%model%remembers()) then
+      self%failure = answer%reason
+      self%flaw = answer%flaw
+    end if
   end subroutine answer_state
 
   !> Begins a history at the time 0, where nothing has happened yet. Errors: message is allocated if the model has no history, the

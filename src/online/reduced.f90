@@ -10,6 +10,7 @@ module sig_reduced
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_reasons, only: put_reason
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -63,6 +64,7 @@ module sig_reduced
     procedure :: interior_dofs => no_indices
     procedure :: training_points => no_indices
     procedure :: warnings => no_warnings
+    procedure :: put_refusal => put_usual_refusal
     procedure :: is_exact => no
     procedure :: starts_from_two_sides => no
     procedure :: has_displacement => yes
@@ -266,6 +268,18 @@ contains
 
     allocate (warnings(0))
   end function no_warnings
+
+  !> Writes why the answer is none, as a sentence without its full stop. This default says what the reason means. Safe for several
+  !> threads.
+  pure subroutine put_usual_refusal(self, answer, text)
+    class(reduced_t), intent(in) :: self
+    !> of this part, with reason <= 0
+    type(answer_t), intent(in) :: answer
+    !> length of at least reason_length
+    character(*), intent(out) :: text
+
+    call put_reason(answer%reason, text)
+  end subroutine put_usual_refusal
 
   !> Returns false. This is the default of four functions: `is_exact` (the part solves for the forces of all contacts, without
   !> reconstruction), `starts_from_two_sides` (solve uses near%opposite), `can_certify` (certify may be called), and `remembers`

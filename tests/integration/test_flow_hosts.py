@@ -145,6 +145,26 @@ def test_model_without_flow_has_no_estimate(signorom, post, tmp_path):
         assert np.isnan(model.query_history(np.array([[0.002, 180.0]])).error_estimate).all()
 
 
+WHY = "yield_stress of the material 'soft' is not finite or out of its range at an integration point: it must be"
+
+
+def test_property_out_of_its_range(signorom, model_file, post):
+    """`predict` and the hosts name the property and the material, also at the times after the first one; exit code 3."""
+    folder = model_file.parent
+    command = ["predict", model_file, "--at", "peak=0.001,sy=-5", "--output", "bad.csv"]
+    done = signorom.run(*command, folder=folder)
+    assert done.returncode == 3
+    table = read_table(folder / "bad.csv")
+    assert len(table["status"]) == 6
+    assert all(status.startswith(WHY) for status in table["status"])
+    with post.Model(model_file) as model, model.start(peak=0.001, sy=-5) as history:
+        for time in (1.0, 2.0):
+            with pytest.raises(post.NoAnswerError, match=WHY):
+                history.advance(time)
+        with pytest.raises(post.NoAnswerError, match="the model remembers"):
+            model.query(peak=0.001, sy=180, time=1, power=0.001)
+
+
 @pytest.fixture(scope="module")
 def unit(model_file, library):
     """The model as a unit. It has no derivatives, and the command says so."""

@@ -261,7 +261,7 @@ def test_python(post, results):
                 answer = history.advance(time)
                 assert answer.multipliers == pytest.approx(forces, abs=1e-11)
         state = {"P": 4, "mu": 0.3, "time": 1, "load": 4, "shear": 0}
-        with pytest.raises(post.NoAnswerError, match="friction remembers"):
+        with pytest.raises(post.NoAnswerError, match="the model remembers"):
             model.query(**state)
 
 

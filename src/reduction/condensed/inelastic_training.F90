@@ -222,11 +222,13 @@ contains
     integer :: i
 
     flowing = flowing_materials(problem)
-    allocate (model%law_names(size(flowing)), model%curve_starts(size(flowing) + 1), model%curve_strains(0))
+    allocate (model%material_names(size(flowing)), model%law_names(size(flowing)), model%curve_starts(size(flowing) + 1), &
+      model%curve_strains(0))
     allocate (model%hooke(n_stresses, n_stresses * size(flowing)))
     model%curve_starts = 0
     do i = 1, size(flowing)
       associate (law => problem%flow%laws(flowing(i))%law)
+        model%material_names(i)%text = problem%deck%materials(flowing(i))%name
         model%law_names(i)%text = trim(law%name)
         model%curve_strains = [model%curve_strains, law%curve_strains]
       end associate

@@ -286,7 +286,7 @@ class Model:
 
         NoAnswerError if the model has no answer, if an elastic constant, an imposed strain or Hooke's matrix is not
         finite at the point, or if the model gives no fields: it needs `reduction: {fields: true}` and displacements of
-        all nodes; where friction remembers, History.fields gives them. TypeError, ValueError and ExtrapolationWarning
+        all nodes; where the model remembers, History.fields gives them. TypeError, ValueError and ExtrapolationWarning
         as for `query`; FreeMotionWarning if a body is free; InaccurateFieldsWarning if the
         relative_displacement_bound is above 0.01.
         """
