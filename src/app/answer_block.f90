@@ -8,7 +8,7 @@ module sig_answer_block
   use sig_reasons, only: reason_length
   use sig_rooms, only: rooms_t
   use sig_online_model, only: online_model_t
-  use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods
+  use sig_answer, only: answer_t, bound_text, method_name, n_answer_methods, no_bound
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_multipliers
   use sig_signals, only: is_stop_requested
@@ -26,6 +26,8 @@ module sig_answer_block
     integer, allocatable :: counts(:)
     !> number of points where the reduced problem has several solutions
     integer :: n_several = 0
+    !> [-] largest error_estimate, no_bound without one
+    real(rk) :: largest_estimate = no_bound
   end type asker_t
 
   !> Call create; then set points and n_points, call answer and line for each block; then destroy.
@@ -57,6 +59,7 @@ module sig_answer_block
     procedure :: create
     procedure :: answer => answer_points
     procedure :: counts
+    procedure :: largest_estimate
     procedure :: line
     procedure :: destroy
   end type answer_block_t
@@ -149,6 +152,7 @@ contains
         self%bounds(i) = asker%answer%relative_bound
         self%displacement_bounds(i) = asker%answer%relative_displacement_bound
         self%estimates(i) = asker%answer%error_estimate
+        asker%largest_estimate = max(asker%largest_estimate, asker%answer%error_estimate)
         asker%counts(self%methods(i)) = asker%counts(self%methods(i)) + 1
         if (asker%answer%n_solutions > 1) asker%n_several = asker%n_several + 1
       end do
@@ -167,6 +171,13 @@ contains
       counts = counts + self%askers(i)%counts
     end do
   end function counts
+
+  !> Returns the largest error_estimate [-] of all answers so far, in all blocks; no_bound if none has one. Requires: create.
+  pure real(rk) function largest_estimate(self)
+    class(answer_block_t), intent(in) :: self
+
+    largest_estimate = maxval(self%askers%largest_estimate)
+  end function largest_estimate
 
   !> Frees the memory. Harmless if the block was never created.
   subroutine destroy(self)

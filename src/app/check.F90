@@ -10,11 +10,11 @@ module sig_check
   use sig_deck_config, only: deck_config_t
   use sig_deck_echo, only: echo_deck
   use sig_error_broadcast, only: broadcast_error
-  use sig_errors, only: error_t
+  use sig_errors, only: error_location, error_t
   use sig_forest_training, only: warn_of_missing_tool
   use sig_kinds, only: rk
   use sig_leaning_contacts, only: predicted_lean_warnings
-  use sig_log, only: log_info, log_warnings
+  use sig_log, only: log_info, log_warning, log_warnings
   use sig_parameter_space, only: build_states, find_states, format_point
   use sig_point_argument, only: parse_states
   use sig_point_checks, only: check_points
@@ -34,8 +34,9 @@ contains
 
   !> Prints the effective deck, which is a valid deck itself, and the sizes as comments. Gives the warnings of the problem
   !> (warn_of_plan) and of contacts whose forces will lean (predicted_lean_warnings), and warns if the tool that trains forests is
-  !> missing and may be needed. With --fields it also writes check.h5 and check.xdmf. After an error it prints no deck; with
-  !> --fields the two files are still written if --at could be read and supports and loads could be built. Collective on all ranks.
+  !> missing and may be needed, and if there are training points but only solve can take the deck. With --fields it also writes
+  !> check.h5 and check.xdmf. After an error it prints no deck; with --fields the two files are still written if --at could be read
+  !> and supports and loads could be built. Collective on all ranks.
   !>
   !> Errors are printed and set session%exit_code: --at cannot be read; those of the loading of the problem, of build_states,
   !> check_points (also of the point of --fields) and check_box; a file cannot be written.
@@ -43,7 +44,7 @@ contains
     type(command_t), intent(in) :: command
     type(session_t), intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
-    type(error_t), allocatable :: error
+    type(error_t), allocatable :: error, refusal
     real(rk), allocatable :: training(:, :), test(:, :), output(:, :), shown(:, :)
     type(string_t), allocatable :: warnings(:)
 
@@ -51,11 +52,13 @@ contains
     work: block
       call choose_shown(command, session%deck, shown, error)
       if (allocated(error)) exit work
-      PetscCall(session%load_study(error, ierr))
+      PetscCall(session%load_study(error, ierr, refusal))
       if (allocated(error)) exit work
       call check_all_points(session%full_order%problem, shown, training, test, output, error)
       if (allocated(error)) exit work
       call log_info(echo_deck(session%deck) // sizes_text(session%full_order%problem, training, test, output))
+      if (allocated(refusal)) call log_warning(error_location(refusal) // ': there cannot be a model, so only solve takes ' // &
+        'this deck: ' // refusal%message)
       call warn_of_plan(session%full_order%problem, joined_points(training, test, output))
       warnings = predicted_lean_warnings(session%full_order%problem, joined_points(training, test, output))
       call log_warnings(warnings)

@@ -123,7 +123,7 @@ contains
       call warn_of_verdict(online)
       call report_unanswered(answers, exit_code)
       call report_methods(command, answers)
-      if (command%output /= '') call say_notes(online)
+      if (command%output /= '') call say_notes(online, answers)
       if (command%has_fields) call report_fields(command, online%model, fields)
     end if
     call list%close()
@@ -303,9 +303,10 @@ contains
     end if
   end subroutine say_stopped
 
-  !> Logs the parts' notes of bounds.
-  subroutine say_notes(online)
+  !> Logs the parts' notes of bounds, and the largest estimate of an error where there are estimates.
+  subroutine say_notes(online, answers)
     type(online_model_t), intent(in) :: online
+    type(answer_block_t), intent(in) :: answers
     character(:), allocatable :: note
     integer :: i
 
@@ -314,6 +315,8 @@ contains
       note = online%model%parts(i)%reduced%note_of_bounds()
       if (note /= '') call log_info(note)
     end do
+    if (answers%largest_estimate() >= 0) call log_info('the error of the contact forces is estimated at up to ' // &
+      short_number(answers%largest_estimate()) // ' of their size (column error_estimate; an estimate, no bound)')
   end subroutine say_notes
 
   !> Warns if the model was validated and not accepted.

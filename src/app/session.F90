@@ -124,11 +124,13 @@ contains
   end subroutine agree_on_size
 
   !> Loads the problem and plans the stages of the study together, unless that is done. Collective on all ranks. Errors: those of
-  !> the loading of the problem; those of check_friction and check_flow where the deck has training points.
-  subroutine load_study(self, error, ierr)
+  !> the loading of the problem; those of check_friction and check_flow where the deck has training points. If `refusal` is present,
+  !> it gets the error of check_flow: `solve` takes such a deck.
+  subroutine load_study(self, error, ierr, refusal)
     class(session_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    type(error_t), allocatable, intent(out), optional :: refusal
     logical :: was_loaded
 
     was_loaded = self%full_order%is_loaded
@@ -137,7 +139,12 @@ contains
     call plan_study(self%full_order%problem)
     if (.not. self%deck%has_training) return
     call check_friction(self%full_order%problem, error)
-    if (.not. allocated(error)) call check_flow(self%full_order%problem, error)
+    if (allocated(error)) return
+    if (present(refusal)) then
+      call check_flow(self%full_order%problem, refusal)
+    else
+      call check_flow(self%full_order%problem, error)
+    end if
   end subroutine load_study
 
   !> Logs the plan for the points that a stage will solve (announce_plan), unless an earlier stage did. Requires: check_points

@@ -4,7 +4,7 @@ module sig_errors
   use sig_text, only: string_t, split, to_text
   implicit none(type, external)
   private
-  public :: error_t, error_list_t, make_error, error_report
+  public :: error_t, error_list_t, make_error, error_location, error_report
   public :: exit_success, exit_internal, exit_user, exit_not_converged, exit_stopped
 
   integer, parameter :: exit_success = 0

@@ -675,10 +675,14 @@ contains
     class(inelastic_model_t), intent(in) :: self
     character(:), allocatable :: text
 
-    ! what the condensed model says of forces holds for given inelastic strains
-    text = self%contact%describe()
-    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact row') // ', with an estimate of their error') // &
-      text(index(text, new_line('a')) + 1:)
+    text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact row') // ', with an estimate of their error')
+    if (.not. self%has_displacement()) then
+      text = text // line('  displacements', 'none')
+    else if (self%has_whole_field(size(self%modes, 1))) then
+      text = text // line('  displacements', 'at all nodes')
+    else
+      text = text // line('  displacements', 'at the nodes that reduction.displacement names')
+    end if
     text = text // line('  inelastic strains', counted(self%n_modes(), 'mode') // ', from ' // to_text(self%chosen%n_points()) // &
       ' of ' // counted(self%all%n_points(), 'integration point'))
   end function describe

@@ -1,6 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The text of `signorom describe` about a model.
 module sig_model_description
+  use, intrinsic :: ieee_arithmetic, only: ieee_is_nan
   use sig_description_line, only: eol, line
   use sig_kinds, only: rk
   use sig_model, only: model_t
@@ -63,9 +64,10 @@ contains
     text = line('full-order model', counted(model%n_nodes, 'node') // ', ' // counted(model%n_dofs, 'dof') // ', ' // &
       counted(model%n_multipliers, 'contact row')) // contact_lines(model) // &
       line('units', 'displacements in ' // model%length_unit // ', contact forces in ' // model%force_unit) // &
-      line('terms of the equations', to_text(model%terms%n_terms())) // &
-      line('POD tolerance', short_number(model%pod_tolerance)) // &
-      line('prescribed values', model%dirichlet)
+      line('terms of the equations', to_text(model%terms%n_terms()))
+    ! a model that is exact has no POD
+    if (.not. model%parts(1)%reduced%is_exact()) text = text // line('POD tolerance', short_number(model%pod_tolerance))
+    text = text // line('prescribed values', model%dirichlet)
   end function size_lines
 
   !> Returns a line, with its end, for each entry of the deck's contact section: the number that `predict` gives it, its surfaces
@@ -124,11 +126,14 @@ contains
       if (size(validation%names) == 0) return
       text = line('validation', 'median        95 %          largest')
       do i = 1, size(validation%names)
+        ! a model without a bound of energies has no errors of them, either
+        if (ieee_is_nan(validation%maximum(i))) cycle
         text = text // line('  ' // validation%names(i)%text, padded(validation%median(i)) // padded(validation%p95(i)) // &
           short_number(validation%maximum(i)))
       end do
       text = text // line('verdict', validation%verdict)
       do i = 1, size(validation%method_names)
+        if (validation%method_counts(i) == 0) cycle
         text = text // line('  by ' // validation%method_names(i)%text, counted(validation%method_counts(i), 'point'))
       end do
     end associate

@@ -192,9 +192,9 @@ contains
     call report%add(group // 'warnings', cluster%warnings)
   end subroutine report_cluster
 
-  !> Returns one line, without a line end, that describes the model: cluster_text of a hyper-reduced one, else `condensed model of
-  !> 33 contact rows`. With several clusters it gives their number, then each cluster with its number of snapshots. The fallback is
-  !> left out.
+  !> Returns one line, without a line end, that describes the model: cluster_text of a hyper-reduced one, else its kind and its
+  !> contact rows: `condensed model of 33 contact rows`. With several clusters it gives their number, then each cluster with its
+  !> number of snapshots. The fallback is left out.
   pure function model_text(model) result(text)
     type(model_t), intent(in) :: model
     character(:), allocatable :: text
@@ -218,6 +218,7 @@ contains
       text = cluster_text(part%data)
     class default
       text = part%kind() // ' model of ' // counted(part%n_rows(), 'contact row')
+      if (part%n_flow_points() > 0) text = text // ', ' // counted(part%n_modes(), 'inelastic mode')
     end select
   end function part_text
 

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decks with plasticity and creep through all commands. Figures: tests/verification/test_flow.py."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -139,11 +141,18 @@ def test_model(signorom, tmp_path):
     }
     deck = write_deck(tmp_path, **small)
     deck.write_text(deck.read_text() + STUDY)
-    signorom("run", deck, folder=tmp_path)
+    printed = signorom("run", deck, folder=tmp_path)
+    assert re.search(r"trained inelastic model of 7 contact rows, \d+ inelastic modes?: ", printed)
     model = tmp_path / "results" / "part" / "model.h5"
-    assert "reduced model (inelastic)" in signorom("describe", model, folder=tmp_path)
-    signorom("predict", model, "--at", "stroke=0.0015", "--output", "answers.csv", folder=tmp_path)
+    text = signorom("describe", model, folder=tmp_path)
+    assert "reduced model (inelastic)" in text
+    # what does not apply is left out
+    for words in (" nan", "POD", "pivot", "exact at", "by lemke", "by none"):
+        assert words not in text, text
+    printed = signorom("predict", model, "--at", "stroke=0.0015", "--output", "answers.csv", folder=tmp_path)
     answers = read_table(tmp_path / "answers.csv")
+    said = re.search(r"forces is estimated at up to (\S+) of their size \(column error_estimate", printed)
+    assert float(said[1]) == pytest.approx(max(answers["error_estimate"]), rel=1e-3)
     assert set(answers["status"]) == {"answered"}
     assert set(answers["error_bound"]) == {"none"}
     assert np.all(answers["error_estimate"] >= 0)
@@ -154,7 +163,25 @@ def test_elastic_constants_of_a_model(signorom, tmp_path):
     deck = write_deck(tmp_path, **{"young_modulus: 2.0e5": "young_modulus: 2.0e5 + stroke"})
     deck.write_text(deck.read_text() + STUDY)
     message = refuse(signorom, "run", deck, folder=tmp_path)
-    assert "materials yield or creep, but elastic constants depend on parameters" in message
+    why = "materials yield or creep, but elastic constants depend on parameters"
+    assert f"part.yaml:8:20: error: {why}" in message
+    assert "young_modulus and poisson_ratio as numbers; the command solve needs no model" in message
+    # solve takes the deck, so check says it and goes on
+    done = signorom.run("check", deck, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert f"part.yaml:8:20: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
+
+
+def test_snesvi(signorom, tmp_path):
+    """Refused where the deck says it, with what is allowed."""
+    deck = write_deck(tmp_path)
+    deck.write_text(deck.read_text() + "solver: {type: snesvi}\n")
+    message = refuse(signorom, "check", deck, folder=tmp_path)
+    line = len(deck.read_text().splitlines())
+    assert (
+        f"part.yaml:{line}:16: error: solver.type is 'snesvi', which does not solve for materials" in message
+    )
+    assert "it must be auto, condensed or active_set" in message
 
 
 @pytest.mark.parametrize(("element", "why"), [("T3", "locks"), ("Q9", "has no rule of integration for that")])

@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
-  use sig_deck_config, only: reduction_config_t
+  use sig_deck_config, only: deck_config_t, reduction_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_mesh_checks, only: nodes_of_boundary
@@ -99,21 +99,58 @@ contains
     end associate
   end subroutine check_friction
 
-  !> Errors: materials flow, and there cannot be a model of them. The deck itself refuses hyper-reduction.
+  !> Errors: materials flow, and there cannot be a model of them; the place is that of the elastic constant that varies, or of the
+  !> law of the first material that flows. The deck itself refuses hyper-reduction.
   subroutine check_flow(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: reason, hint
+    type(value_config_t) :: place
 
     if (.not. problem%flow%is_there()) return
     reason = why_not_condensed(problem)
     hint = 'the command solve needs no model'
+    place = law_place(problem%deck)
     if (.not. problem%has_fixed_stiffness) then
       reason = 'elastic constants depend on parameters, and the modes of the model are those of one stiffness'
       hint = 'give young_modulus and poisson_ratio as numbers; ' // hint
+      place = varying_constant(problem%deck)
     end if
-    if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, problem%deck%path, hint=hint)
+    if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, problem%deck%path, place%line, &
+      place%column, hint=hint)
   end subroutine check_flow
+
+  !> Returns a value of the law of the first material that flows.
+  pure type(value_config_t) function law_place(deck) result(place)
+    type(deck_config_t), intent(in) :: deck
+    integer :: i
+
+    do i = 1, size(deck%materials)
+      associate (material => deck%materials(i))
+        if (material%plasticity%is_used) then
+          place = material%plasticity%yield_stress
+        else if (material%creep%is_used) then
+          place = material%creep%coefficient
+        end if
+        if (material%flows()) return
+      end associate
+    end do
+  end function law_place
+
+  !> Returns the first elastic constant that is not a number.
+  pure type(value_config_t) function varying_constant(deck) result(place)
+    type(deck_config_t), intent(in) :: deck
+    integer :: i
+
+    do i = 1, size(deck%materials)
+      associate (material => deck%materials(i))
+        place = material%young_modulus
+        if (place%uses_parameters) return
+        place = material%poisson_ratio
+        if (place%uses_parameters) return
+      end associate
+    end do
+  end function varying_constant
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
   !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too
