@@ -8,6 +8,7 @@
 !>
 !> are the work of the inelastic strain on the strain E_i of a mode, of a contact force or of a term.
 module sig_flow_points
+  use sig_compressed_matrix, only: compressed_matrix_t
   use sig_dense_kernels, only: add_few_columns, add_product, multiply, multiply_transpose
   use sig_elasticity, only: n_stresses
   use sig_errors, only: error_t
@@ -40,6 +41,8 @@ module sig_flow_points
     real(rk), allocatable :: of_terms(:, :)
     real(rk), allocatable :: of_contact(:, :)
     real(rk), allocatable :: of_modes(:, :)
+    !> where it is not empty, it has the strain of each unknown, and of_contact has no columns
+    type(compressed_matrix_t) :: contact_blocks
     !> [-] imposed strains of all components per unit of their terms, shears as angles; shape (n_stresses * n_points,
     !> n_strain_terms)
     real(rk), allocatable :: imposed(:, :)
@@ -91,6 +94,7 @@ contains
     call fill_missing(self%weights)
     if (.not. allocated(self%of_terms)) allocate (self%of_terms(0, n_terms))
     if (.not. allocated(self%of_contact)) allocate (self%of_contact(0, n_rows))
+    call self%contact_blocks%complete()
     if (.not. allocated(self%of_modes)) allocate (self%of_modes(0, n_modes))
     if (.not. allocated(self%imposed)) allocate (self%imposed(n_stresses * size(self%weights), 0))
     call fill_missing(self%temperatures, size(self%weights))
@@ -118,7 +122,8 @@ contains
       if (size(self%materials) /= n .or. any(self%materials < 1 .or. self%materials > n_materials)) name = 'materials'
       if (.not. all(self%weights >= 0 .and. self%weights <= huge(self%weights))) name = 'weights'
       if (.not. is_matrix(self%of_terms, n_strains * n, n_terms)) name = 'of_terms'
-      if (.not. is_matrix(self%of_contact, n_strains * n, n_rows)) name = 'of_contact'
+      if (.not. is_matrix(self%of_contact, n_strains * n, merge(n_rows, 0, self%contact_blocks%is_empty()))) name = 'of_contact'
+      if (.not. self%contact_blocks%fits(n_strains * n, n_rows)) name = 'contact_blocks'
       if (.not. is_matrix(self%of_modes, n_strains * n, n_modes)) name = 'of_modes'
       if (.not. is_matrix(self%imposed, n_stresses * n, n_strain_terms)) name = 'imposed'
       if (.not. is_matrix(self%temperatures, n, n_parts)) name = 'temperatures'
@@ -139,6 +144,14 @@ contains
     call file%write(group // '/weights', self%weights, description='volume of each point, or its share of the volume')
     call file%write(group // '/of_terms', self%of_terms, description='strain of each term')
     call file%write(group // '/of_contact', self%of_contact, '1/(' // force // ')', 'strain of a unit contact force')
+    call file%write(group // '/contact_row_order', self%contact_blocks%row_order, description= &
+      'strain of each ordered row of the compressed strains of contact forces, 1-based')
+    call file%write(group // '/contact_column_order', self%contact_blocks%column_order, description= &
+      'contact of each ordered column of these, 1-based')
+    call file%write(group // '/contact_blocks', self%contact_blocks%blocks, description= &
+      'first and last ordered row and column (1-based) and rank of each block, a block per row')
+    call file%write(group // '/contact_values', self%contact_blocks%values, '1/(' // force // ')', 'blocks one after the ' // &
+      'other, column by column: the block if its rank is 0, else its left and right factor')
     call file%write(group // '/of_modes', self%of_modes, '1/sqrt(' // force // '*' // length // ')', 'strain of each mode')
     call file%write(group // '/imposed', self%imposed, description='imposed strain of each of its terms, all components')
     call file%write(group // '/temperatures', self%temperatures, description='values of each part of the temperature')
@@ -156,6 +169,10 @@ contains
     call file%read(group // '/weights', self%weights, error)
     call file%read(group // '/of_terms', self%of_terms, error)
     call file%read(group // '/of_contact', self%of_contact, error)
+    call file%read(group // '/contact_row_order', self%contact_blocks%row_order, error)
+    call file%read(group // '/contact_column_order', self%contact_blocks%column_order, error)
+    call file%read(group // '/contact_blocks', self%contact_blocks%blocks, error)
+    call file%read(group // '/contact_values', self%contact_blocks%values, error)
     call file%read(group // '/of_modes', self%of_modes, error)
     call file%read(group // '/imposed', self%imposed, error)
     call file%read(group // '/temperatures', self%temperatures, error)
@@ -234,7 +251,11 @@ contains
 
     call multiply(1.0_rk, self%of_terms, theta, 0.0_rk, room%strains)
     call multiply(1.0_rk, self%imposed, strain_theta, 0.0_rk, room%imposed)
-    call add_few_columns(self%of_contact, unknowns, room%strains)
+    if (self%contact_blocks%is_empty()) then
+      call add_few_columns(self%of_contact, unknowns, room%strains)
+    else
+      call self%contact_blocks%add_product(1.0_rk, unknowns, room%strains)
+    end if
     call add_few_columns(self%of_modes, amplitudes, room%strains)
     is_solved = .true.
     associate (n => size(self%components), c => self%components)
@@ -274,10 +295,15 @@ contains
     !> shape (n_rows)
     real(rk), contiguous, intent(inout) :: work(:)
 
-    call multiply_transpose(1.0_rk, self%of_contact, room%taken, 0.0_rk, work)
+    if (self%contact_blocks%is_empty()) then
+      call multiply_transpose(1.0_rk, self%of_contact, room%taken, 0.0_rk, work)
+    else
+      work = reshape(self%contact_blocks%transposed_product(reshape(room%taken, [size(room%taken), 1])), [size(work)])
+    end if
   end subroutine work_on_contact
 
   !> Computes by how much work_on_modes changes with the amplitudes, where the unknowns follow them: shape (n_modes, n_modes).
+  !> Requires: of_contact has the strains of contact forces.
   subroutine change_of_work(self, room, unknown_changes, change)
     class(flow_points_t), intent(in) :: self
     type(flow_room_t), intent(in) :: room

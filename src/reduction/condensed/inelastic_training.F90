@@ -22,14 +22,16 @@ module sig_inelastic_training
   use sig_kinds, only: rk
   use sig_linear_algebra, only: add_product, multiply, transposed_product, unit_vector
   use sig_log, only: log_info
-  use sig_mesh, only: mesh_t
+  use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_cell_stiffness, only: cell_dofs
   use sig_nnls, only: nnls_t, nnls_workspace_t
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
   use sig_reduced, only: reduced_t
+  use sig_response_compression, only: group_contacts
   use sig_singular_values, only: svd
+  use sig_strain_compression, only: compress_strains
   use sig_term_values, only: evaluate_points
   use sig_text, only: counted, short_number, string_t, to_text
   use sig_training_set, only: training_set_t
@@ -110,12 +112,36 @@ contains
       call add_strains(problem, shared, model%all, model%all%of_terms)
       PetscCall(add_contact_strains(problem, team, condensed, model%all, ierr))
       call choose_points(states, model)
+      call compress_contact(problem, condensed%anchors%rows, model)
     end associate
     model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
     call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
       ' of ' // counted(model%all%n_points(), 'integration point'))
     call move_alloc(model, part)
   end subroutine train_inelastic
+
+  !> Compresses the strains of contact forces at all points.
+  subroutine compress_contact(problem, anchors, model)
+    type(problem_t), intent(in) :: problem
+    !> contact rows
+    integer, intent(in) :: anchors(:)
+    type(inelastic_model_t), intent(inout) :: model
+    integer, allocatable :: cells(:), ends(:), order(:)
+    real(rk) :: places(problem%mesh%n_dim, model%all%n_points())
+    integer :: i, n, n_points
+
+    cells = flowing_cells(problem)
+    n = 0
+    do i = 1, size(cells)
+      n_points = count_points(problem%mesh, problem%body, [cells(i)])
+      associate (corners => problem%mesh%coordinates(:, nodes_of_cell(problem%mesh, cells(i))))
+        places(:, n + 1:n + n_points) = spread(sum(corners, dim=2) / size(corners, 2), 2, n_points)
+      end associate
+      n = n + n_points
+    end do
+    call group_contacts(problem, anchors, order, ends)
+    call compress_strains(places, model%hooke, order, ends, anchors, model%all)
+  end subroutine compress_contact
 
   !> Takes parameters, terms and steps of time of the snapshots.
   subroutine collect_states(problem, snapshots, states)
@@ -286,6 +312,7 @@ contains
         end do
       end do
       points%temperatures = problem%flow%temperatures
+      call points%contact_blocks%complete()
     end associate
   end subroutine create_points
 
@@ -450,5 +477,6 @@ contains
     points%of_modes = all%of_modes(rows, :)
     points%imposed = all%imposed(six, :)
     points%temperatures = all%temperatures(chosen, :)
+    call points%contact_blocks%complete()
   end subroutine take_points
 end module sig_inelastic_training

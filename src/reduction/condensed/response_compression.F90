@@ -33,7 +33,7 @@ module sig_response_compression
   use petsc
   implicit none(type, external)
   private
-  public :: choose_soft_combinations, compress_responses
+  public :: choose_soft_combinations, compress_responses, group_contacts
 
   !> How the rows of H are ordered and scaled.
   type :: row_layout_t
