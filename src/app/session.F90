@@ -19,7 +19,8 @@ module sig_session
   use sig_petsc_support, only: insert_petsc_options, max_over_ranks, options_unused_everywhere
   use sig_problem_texts, only: announce_plan
   use sig_signals, only: say_when_ended
-  use sig_study_plan, only: plan_study
+  use sig_problem, only: problem_t
+  use sig_study_plan, only: check_training_memory, plan_study
   use sig_text, only: string_t
   use petsc
   implicit none(type, external)
@@ -124,8 +125,8 @@ contains
   end subroutine agree_on_size
 
   !> Loads the problem and plans the stages of the study together, unless that is done. Collective on all ranks. Errors: those of
-  !> the loading of the problem; those of check_friction and check_flow where the deck has training points. If `refusal` is present,
-  !> it gets the error of check_flow: `solve` takes such a deck.
+  !> the loading of the problem; those of check_friction and check_inelastic where the deck has training points. If `refusal` is
+  !> present, it gets the error of check_inelastic: `solve` takes such a deck.
   subroutine load_study(self, error, ierr, refusal)
     class(session_t), intent(inout) :: self
     type(error_t), allocatable, intent(out) :: error
@@ -141,11 +142,20 @@ contains
     call check_friction(self%full_order%problem, error)
     if (allocated(error)) return
     if (present(refusal)) then
-      call check_flow(self%full_order%problem, refusal)
+      call check_inelastic(self%full_order%problem, refusal)
     else
-      call check_flow(self%full_order%problem, error)
+      call check_inelastic(self%full_order%problem, error)
     end if
   end subroutine load_study
+
+  !> Errors: those of check_flow and check_training_memory.
+  subroutine check_inelastic(problem, error)
+    type(problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(out) :: error
+
+    call check_flow(problem, error)
+    if (.not. allocated(error)) call check_training_memory(problem, error)
+  end subroutine check_inelastic
 
   !> Logs the plan for the points that a stage will solve (announce_plan), unless an earlier stage did. Requires: check_points
   !> accepted the points.

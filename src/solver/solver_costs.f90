@@ -8,7 +8,7 @@ module sig_solver_costs
   implicit none(type, external)
   private
   public :: cost_t, problem_size_t, comparison_cost, condensed_cost, dense_bytes, factorization_cost, multigrid_cost, point_cost
-  public :: refactoring_cost, solves_cost, steps_cost, operator(+), times
+  public :: newton_cost, refactoring_cost, solves_cost, steps_cost, operator(+), times
 
   !> What something takes: [s] on each rank, and [byte] on all ranks together.
   type :: cost_t
@@ -85,6 +85,10 @@ module sig_solver_costs
   real(rk), parameter :: per_friction_entry(2:3) = [2.6e-8_rk, 7.5e-8_rk], friction_share = 1.5_rk
   !> [-] dense work of an answer of a model with friction, which does not look for other solutions, over that of a state
   real(rk), parameter :: share_of_answer = 0.4_rk
+  !> usual number of steps of Newton's method for a time of a history where materials flow, and [s] of each step per integration
+  !> point: laws, tangents and their assembly
+  integer, parameter :: newton_steps = 5
+  real(rk), parameter :: per_flow_point = 5.0e-6_rk
   !> [s] errors of an answer and of its fields, per dof
   real(rk), parameter :: per_compared_dof = 4.0e-7_rk
 
@@ -169,6 +173,22 @@ contains
     cost%seconds = cost%seconds + sets * n_points * min(again, solves_per_set * solve%seconds)
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
+
+  !> Returns the cost of n_states times of histories where materials flow: each step of Newton's method has a stiffness of its own.
+  pure type(cost_t) function newton_cost(sizes, n_states, n_flow_points) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_states
+    !> integration points of materials that flow
+    integer, intent(in) :: n_flow_points
+    type(cost_t) :: solve
+
+    solve = solves_cost(sizes, 1)
+    cost = factorization_cost(sizes)
+    ! the ordering stays
+    cost%seconds = real(newton_steps, rk) * n_states * (cost%seconds + solve%seconds - analysis * sizes%n_dofs / sizes%n_ranks + &
+      per_flow_point * n_flow_points / sizes%n_ranks)
+    cost%bytes = cost%bytes + solve%bytes
+  end function newton_cost
 
   !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, or the step of a
   !> history with friction; and the displacement, by the responses or by one more solve.

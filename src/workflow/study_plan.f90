@@ -2,22 +2,23 @@
 !> Plans the stages of a study together: its sampling, training and validation share one solver. A condensed model needs the
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
-  use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, model_size, most_references, plan_displacements
-  use sig_deck_config, only: deck_config_t, point_set_config_t
-  use sig_errors, only: error_t
+  use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, inelastic_model_size, inelastic_training_size, law_place, &
+    model_size, most_references, n_inelastic_points, plan_displacements
+  use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
+  use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
   use sig_materials, only: most_chosen_states
   use sig_memory, only: memory_text
   use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
-  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, operator(+), point_cost, problem_size_t, &
+  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, newton_cost, operator(+), point_cost, problem_size_t, &
     solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
-  use sig_text, only: append_text, counted, string_t
+  use sig_text, only: append_text, counted, string_t, to_text
   implicit none(type, external)
   private
-  public :: plan_study, stage_lines
+  public :: check_training_memory, plan_study, stage_lines
 
 contains
 
@@ -96,9 +97,11 @@ contains
     call count_points(problem%deck, n_training, n_test)
     if (.not. problem%has_fixed_stiffness) return
     call append_text(lines, 'memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')
-    if (problem%flow%is_there()) &
-      call append_text(lines, 'materials yield or creep: the time that a history takes is not predicted')
-    if (n_training == 0 .or. problem%flow%is_there()) return
+    if (problem%flow%is_there()) then
+      call add_flow_lines(problem, n_training, n_test, lines)
+      return
+    end if
+    if (n_training == 0) return
     associate (plan => problem%plan, sizes => problem%sizes)
       cost = sweep_cost(plan%type, plan%linear, sizes, n_training)
       call append_text(lines, 'predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))
@@ -120,6 +123,48 @@ contains
       call append_text(lines, 'predicted: validation at ' // counted(n_test, 'point') // ': ' // text_of(cost))
     end associate
   end function stage_lines
+
+  !> Appends what the stages take where materials flow; times of histories are rough, because steps that do not converge are cut.
+  subroutine add_flow_lines(problem, n_training, n_test, lines)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: n_training
+    integer, intent(in) :: n_test
+    type(string_t), allocatable, intent(inout) :: lines(:)
+    type(cost_t) :: cost
+
+    associate (sizes => problem%sizes, n_points => n_inelastic_points(problem))
+      call append_text(lines, 'materials yield or creep at ' // counted(n_points, 'integration point'))
+      if (n_training == 0) return
+      call append_text(lines, 'predicted, roughly: sampling of ' // counted(n_training, 'state') // ': ' // &
+        text_of(newton_cost(sizes, n_training, n_points)))
+      cost = condensed_cost(sizes)
+      cost%bytes = cost%bytes + sizes%n_ranks * inelastic_training_size(problem, n_training)
+      call append_text(lines, 'predicted: memory for training: ' // memory_text(cost%bytes) // '; model file of about ' // &
+        memory_text(inelastic_model_size(problem)) // ' or less')
+      if (n_test > 0) call append_text(lines, 'predicted, roughly: validation at ' // counted(n_test, 'state') // ': ' // &
+        text_of(newton_cost(sizes, n_test, n_points)))
+    end associate
+  end subroutine add_flow_lines
+
+  !> Errors: materials flow, and the training of a model takes more memory than the ranks have. Requires: plan_study.
+  subroutine check_training_memory(problem, error)
+    type(problem_t), intent(in) :: problem
+    type(error_t), allocatable, intent(out) :: error
+    type(value_config_t) :: place
+    real(rk) :: n_bytes
+    integer :: n_test, n_training
+
+    if (.not. problem%flow%is_there()) return
+    call count_points(problem%deck, n_training, n_test)
+    n_bytes = problem%sizes%n_ranks * inelastic_training_size(problem, n_training)
+    if (n_bytes <= problem%sizes%memory) return
+    place = law_place(problem%deck)
+    call make_error(error, 'materials yield or creep, but the training of their model takes ' // memory_text(n_bytes) // &
+      ' on all ranks, for strains and stresses of ' // counted(problem%force_rows%n_rows, 'contact force') // ' and ' // &
+      to_text(n_training) // ' states at ' // counted(n_inelastic_points(problem), 'integration point') // &
+      '; there is room for ' // memory_text(problem%sizes%memory), problem%deck%path, place%line, place%column, &
+      hint='take fewer ranks, training points or times, or a coarser mesh where materials flow; the command solve needs no model')
+  end subroutine check_training_memory
 
   !> Returns the cost of training a condensed model: the responses, unless sampling has made them, the pivot transforms, the model
   !> on every rank, and the compression of displacements, for which the responses are computed once more. Where few modes are

@@ -2,6 +2,7 @@
 """Decks with plasticity and creep through all commands. Figures: tests/verification/test_flow.py."""
 
 import re
+import subprocess
 
 import h5py
 import numpy as np
@@ -31,6 +32,10 @@ contact: [{first: lower_face, second: upper_face}]
 training: {sobol: 4}
 output: {points: [{stroke: 0.004}, {stroke: 0.01}]}
 """
+
+
+#: cells of the lower block, with 2 x 2 points each
+N_POINTS = 4 * sum(name == "lower" for _, name, _ in stacked_blocks("Q8", 2).elements)
 
 
 def write_deck(folder, element="Q8", **changes):
@@ -91,7 +96,11 @@ def test_solve(signorom, tmp_path):
     """Two points with four times each: fields of plastic and creep strain, history.csv, the report."""
     deck = write_deck(tmp_path)
     printed = signorom("check", deck, folder=tmp_path)
-    assert "the time that a history takes is not predicted" in printed
+    assert f"materials yield or creep at {N_POINTS} integration points" in printed
+    assert re.search(r"predicted, roughly: sampling of 16 states: 0\.\d+ s, \d+ MB", printed)
+    assert re.search(
+        r"predicted: memory for training: \d+ MB; model file of about \d+ MB or less", printed
+    )
     signorom("solve", deck, folder=tmp_path)
     results = tmp_path / "results" / "part"
     report = yaml.safe_load((results / "report.yaml").read_text())
@@ -170,6 +179,29 @@ def test_elastic_constants_of_a_model(signorom, tmp_path):
     done = signorom.run("check", deck, folder=tmp_path)
     assert done.returncode == 0, done.stderr
     assert f"part.yaml:8:20: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
+
+
+def test_training_that_takes_too_much_memory(signorom, tmp_path):
+    """Refused before anything is sampled, with a sentence; check warns, because solve takes the deck."""
+    deck = write_deck(tmp_path, **{"{sobol: 4}": "{sobol: 200000}"})
+
+    def run_small(command):
+        script = 'ulimit -v 2000000; exec "$0" "$1" "$2"'
+        command = ["bash", "-c", script, signorom.executable, command, deck.name]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+
+    why = "materials yield or creep, but the training of their model takes"
+    done = run_small("sample")
+    assert done.returncode == 2, done.stderr
+    assert f"part.yaml:10:32: error: {why}" in done.stderr
+    assert (
+        f"7 contact forces and 800000 states at {N_POINTS} integration points; there is room for 1.2 GB"
+        in done.stderr
+    )
+    assert not (tmp_path / "results" / "part" / "snapshots.part-1").exists()
+    done = run_small("check")
+    assert done.returncode == 0, done.stderr
+    assert f"part.yaml:10:32: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
 
 
 def test_snesvi(signorom, tmp_path):
