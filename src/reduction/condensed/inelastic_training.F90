@@ -4,8 +4,9 @@
 !>
 !> The displacement that inelastic strains cause is u_in = u - G theta + H z. Its main directions in the norm of the stiffness are
 !> the modes. With them the laws are run through the histories once more at all points, and a few points are chosen, with weights
-!> that make their sums equal to those over all points: non-negative least squares.
+!> that make their sums equal to those over all points.
 module sig_inelastic_training
+  use sig_answer, only: answer_t
   use sig_condensed, only: condensed_t
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_training, only: train_condensed
@@ -24,11 +25,11 @@ module sig_inelastic_training
   use sig_log, only: log_info
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_cell_stiffness, only: cell_dofs
-  use sig_nnls, only: nnls_t, nnls_workspace_t
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
+  use sig_point_choice, only: choose_points
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
-  use sig_reduced, only: reduced_t
+  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_response_compression, only: group_contacts
   use sig_singular_values, only: svd
   use sig_strain_compression, only: compress_strains
@@ -43,9 +44,11 @@ module sig_inelastic_training
   !> modes leave at most this share of reduction.inelastic_tolerance of the displacements by inelastic strains: forces are the
   !> reactions of a stiff system, and multiply their errors. There are at most most_modes
   real(rk), parameter :: mode_share = 1.0e-2_rk
-  integer, parameter :: most_modes = 40
-  !> [-] chosen points miss the sums over all points by at most this share
-  real(rk), parameter :: point_tolerance = 1.0e-3_rk
+  integer, parameter :: most_modes = 100
+  !> [-] tolerances with which points are chosen (sig_point_choice), one after the other; 0 = all points
+  real(rk), parameter :: tolerances(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 0.0_rk]
+  !> [-] more points are chosen where the error in training is larger than `enough`, and was divided by at least least_gain
+  real(rk), parameter :: enough = 2.0e-3_rk, least_gain = 2
   !> [-] main directions of the stresses of inelastic strains that count
   real(rk), parameter :: stress_tolerance = 1.0e-5_rk
   integer, parameter :: most_stresses = 60
@@ -55,8 +58,9 @@ module sig_inelastic_training
     !> values of the terms, shape (n_terms, n_states), and those of imposed strains
     real(rk), allocatable :: theta(:, :)
     real(rk), allocatable :: strain_theta(:, :)
-    !> [force] shape (n_rows, n_states)
+    !> [force] unknowns of the contact, and its forces, which differ at anchors (sig_answer); shape (n_rows, n_states)
     real(rk), allocatable :: unknowns(:, :)
+    real(rk), allocatable :: forces(:, :)
     !> [sqrt(force*length)] shape (n_modes, n_states)
     real(rk), allocatable :: amplitudes(:, :)
     !> numbers of the states, shape (n_numbers, n_states), and [time] since the state before in the history
@@ -111,12 +115,10 @@ contains
       PetscCall(broadcast_columns(shared, PETSC_COMM_WORLD, ierr))
       call add_strains(problem, shared, model%all, model%all%of_terms)
       PetscCall(add_contact_strains(problem, team, condensed, model%all, ierr))
-      call choose_points(states, model)
+      model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
+      call reduce_points(problem, states, model)
       call compress_contact(problem, condensed%anchors%rows, model)
     end associate
-    model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
-    call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
-      ' of ' // counted(model%all%n_points(), 'integration point'))
     call move_alloc(model, part)
   end subroutine train_inelastic
 
@@ -153,7 +155,8 @@ contains
     states%numbers = snapshots%parameters
     call evaluate_points(problem%terms, states%numbers, states%theta, i_bad_point, i_bad_source)
     call evaluate_points(problem%strains%terms, states%numbers, states%strain_theta, i_bad_point, i_bad_source)
-    states%unknowns = snapshots%forces()
+    states%forces = snapshots%forces()
+    states%unknowns = states%forces
     associate (n => size(states%numbers, 2))
       i_time = size(states%numbers, 1) - problem%deck%history%states%n_values() + 1
       allocate (states%dt(n), states%is_first(n))
@@ -379,25 +382,107 @@ contains
     end associate
   end subroutine add_contact_strains
 
-  !> Chooses points and weights whose sums over modes and states are those of all points.
-  subroutine choose_points(states, model)
+  !> Chooses points (sig_point_choice), and runs the model through the histories with them. As long as a state has no answer, or
+  !> more points help, more are chosen; at last all.
+  subroutine reduce_points(problem, states, model)
+    type(problem_t), intent(in) :: problem
     type(states_t), intent(in) :: states
     type(inelastic_model_t), intent(inout) :: model
-    real(rk), allocatable :: integrands(:, :), shares(:), stresses(:, :)
+    type(flow_points_t) :: before
+    real(rk), allocatable :: shares(:), stresses(:, :)
+    real(rk) :: error, error_before
     integer, allocatable :: chosen(:)
-    type(nnls_t) :: nnls
-    type(nnls_workspace_t) :: workspace
-    real(rk) :: residual
-    integer :: i
+    integer :: i, k
 
     call find_stresses(states, model, stresses)
-    call fill_integrands(model%all, stresses, integrands)
     allocate (shares(model%all%n_points()))
-    call nnls%prepare(integrands)
-    call nnls%solve(sum(integrands, dim=2), workspace, shares, residual, point_tolerance)
-    chosen = pack([(i, i=1, size(shares))], shares > 0)
-    call take_points(model%all, chosen, shares(chosen), model%chosen)
-  end subroutine choose_points
+    call take_points(model%all, [integer ::], [real(rk) ::], model%chosen)
+    call make_ready(problem, states, model)
+    error_before = huge(error_before)
+    do k = 1, size(tolerances)
+      ! the last resort are all points
+      if (error_before < huge(error_before) .and. k == size(tolerances)) exit
+      shares = 1
+      if (k < size(tolerances)) call choose_points(model%all, model%hooke, stresses, tolerances(k), shares)
+      chosen = pack([(i, i=1, size(shares))], shares > 0)
+      call take_points(model%all, chosen, shares(chosen), model%chosen)
+      call measure_error(states, model, error)
+      if (error_before < huge(error_before) .and. error > error_before / least_gain) then
+        model%chosen = before
+        error = error_before
+      end if
+      if (error <= enough .or. error >= error_before .and. error < huge(error)) exit
+      error_before = error
+      before = model%chosen
+    end do
+    call report(model, error)
+  end subroutine reduce_points
+
+  !> Says how many modes and points there are, and the error that they make.
+  subroutine report(model, error)
+    type(inelastic_model_t), intent(in) :: model
+    !> result of measure_error
+    real(rk), intent(in) :: error
+    character(:), allocatable :: text
+
+    text = 'some of them have no answer'
+    if (error < huge(error)) text = 'forces and inelastic strains there miss by at most ' // short_number(error)
+    call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
+      ' of ' // counted(model%all%n_points(), 'integration point') // '; the model was run through the training histories: ' // text)
+  end subroutine report
+
+  !> Makes the model able to answer.
+  subroutine make_ready(problem, states, model)
+    type(problem_t), intent(in) :: problem
+    type(states_t), intent(in) :: states
+    type(inelastic_model_t), intent(inout) :: model
+    character(:), allocatable :: message
+
+    call model%complete(model_sizes_t(n_dofs=size(model%modes, 1), n_multipliers=size(states%unknowns, 1), &
+      n_terms=size(states%theta, 1), n_points=size(states%dt), laws=problem%laws))
+    call model%prepare(message)
+  end subroutine make_ready
+
+  !> Runs the model through the histories. error [-] is the largest one of the contact forces or of the amplitudes of the modes, over
+  !> the largest size in the same history, but at least over a thousandth of the largest in all; huge where a state has no answer.
+  !> Requires: make_ready.
+  subroutine measure_error(states, model, error)
+    type(states_t), intent(in) :: states
+    type(inelastic_model_t), intent(inout) :: model
+    real(rk), intent(out) :: error
+    class(room_t), allocatable :: room
+    type(answer_t) :: answer
+    real(rk), dimension(2, size(states%dt)) :: errors, sizes
+    integer :: first, i, last, n
+
+    n = size(states%dt)
+    associate (n_rows => size(states%forces, 1))
+      call answer%start(1, size(states%theta, 1), model%n_modes(), n_rows, n_rows)
+    end associate
+    call model%create_room(room)
+    error = huge(error)
+    do i = 1, n
+      if (states%is_first(i)) call model%forget(room)
+      call model%begin_step(room, states%numbers(:, i), states%dt(i))
+      call model%solve(states%theta(:, i), neighbors_t(), room, answer)
+      if (answer%reason <= 0) return
+      errors(:, i) = [norm2(answer%multipliers - states%forces(:, i)), norm2(answer%coordinates - states%amplitudes(:, i))]
+      sizes(:, i) = [norm2(states%forces(:, i)), norm2(states%amplitudes(:, i))]
+    end do
+    error = 0
+    last = 0
+    do while (last < n)
+      first = last + 1
+      last = first
+      do while (last < n)
+        if (states%is_first(last + 1)) exit
+        last = last + 1
+      end do
+      do i = 1, 2
+        error = max(error, maxval(errors(i, first:last)) / max(maxval(sizes(i, first:last)), maxval(sizes(i, :)) / 1000, tiny(error)))
+      end do
+    end do
+  end subroutine measure_error
 
   !> Runs the laws through the histories, and finds the main directions of the stresses that inelastic strains take away, times the
   !> volumes of the points, each with its size over all states.
@@ -435,25 +520,6 @@ contains
     allocate (stresses(size(all, 1), n), source=0.0_rk)
     call add_product(1.0_rk, all, u(:, :n), stresses)
   end subroutine find_stresses
-
-  !> Computes what each point adds to the work of each stress on each mode.
-  subroutine fill_integrands(points, stresses, integrands)
-    type(flow_points_t), intent(in) :: points
-    real(rk), intent(in) :: stresses(:, :)
-    !> shape (n_modes * n_stresses, n_points)
-    real(rk), allocatable, intent(out) :: integrands(:, :)
-    integer :: i
-
-    associate (n => size(points%components), n_modes => size(points%of_modes, 2))
-      allocate (integrands(n_modes * size(stresses, 2), points%n_points()))
-      do i = 1, points%n_points()
-        associate (first => n * (i - 1) + 1, last => n * i)
-          integrands(:, i) = reshape(matmul(transpose(points%of_modes(first:last, :)), stresses(first:last, :)), &
-            [size(integrands, 1)])
-        end associate
-      end do
-    end associate
-  end subroutine fill_integrands
 
   !> Copies some points, with weights that are multiplied by their shares.
   subroutine take_points(all, chosen, shares, points)
