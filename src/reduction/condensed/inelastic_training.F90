@@ -425,10 +425,10 @@ contains
     real(rk), intent(in) :: error
     character(:), allocatable :: text
 
-    text = 'some of them have no answer'
-    if (error < huge(error)) text = 'forces and inelastic strains there miss by at most ' // short_number(error)
+    text = 'some states of the training have no answer'
+    if (error < huge(error)) text = 'forces and amplitudes in training miss by at most ' // short_number(error)
     call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
-      ' of ' // counted(model%all%n_points(), 'integration point') // '; the model was run through the training histories: ' // text)
+      ' of ' // counted(model%all%n_points(), 'integration point') // '; ' // text)
   end subroutine report
 
   !> Makes the model able to answer.
@@ -443,9 +443,9 @@ contains
     call model%prepare(message)
   end subroutine make_ready
 
-  !> Runs the model through the histories. error [-] is the largest one of the contact forces or of the amplitudes of the modes, over
-  !> the largest size in the same history, but at least over a thousandth of the largest in all; huge where a state has no answer.
-  !> Requires: make_ready.
+  !> Runs the model through the histories. error [-] is the largest one of the contact forces or of the amplitudes of the modes,
+  !> over the largest size in the same history, but at least over a thousandth of the largest in all; huge where a state has no
+  !> answer. Requires: make_ready.
   subroutine measure_error(states, model, error)
     type(states_t), intent(in) :: states
     type(inelastic_model_t), intent(inout) :: model
@@ -479,7 +479,9 @@ contains
         last = last + 1
       end do
       do i = 1, 2
-        error = max(error, maxval(errors(i, first:last)) / max(maxval(sizes(i, first:last)), maxval(sizes(i, :)) / 1000, tiny(error)))
+        associate (largest => max(maxval(sizes(i, first:last)), maxval(sizes(i, :)) / 1000, tiny(error)))
+          error = max(error, maxval(errors(i, first:last)) / largest)
+        end associate
       end do
     end do
   end subroutine measure_error
