@@ -131,7 +131,10 @@ module sig_inelastic_model
 
   !> Newton's method ends where the residual is at most this share of the amplitudes
   real(rk), parameter :: tolerance = 1.0e-10_rk
-  integer, parameter :: most_iterations = 40, most_halvings = 12
+  integer, parameter :: most_iterations = 40
+  !> a step is tried in most_trials lengths at most, each at least this share of the one before
+  integer, parameter :: most_trials = 15
+  real(rk), parameter :: shortest = 0.1_rk
 
 contains
 
@@ -435,39 +438,57 @@ contains
     call self%contact%solve(chain%answer%theta, neighbors_t(), chain%room, chain%answer)
   end subroutine solve_contact
 
-  !> Finds the amplitudes by Newton's method on a - sum_g w_g E_U,g' s_g = 0. reason <= 0 says why there are none.
+  !> Finds the amplitudes by Newton's method on R = a - sum_g w_g E_U,g' s_g = 0. reason <= 0 says why there are none.
   subroutine find_amplitudes(self, theta, room, n_iterations, reason)
     class(inelastic_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     type(inelastic_room_t), intent(inout) :: room
     integer, intent(out) :: n_iterations
     integer, intent(out) :: reason
-    real(rk), dimension(self%n_modes()) :: residual, step, start
-    real(rk) :: before
-    integer :: i_halving
+    real(rk), dimension(self%n_modes()) :: residual, step
     logical :: is_found
 
     room%amplitudes = room%old_amplitudes
     n_iterations = 0
     call measure(self, theta, room, residual, reason)
-    if (reason <= 0) return
-    do
+    do while (reason > 0)
       if (norm2(residual) <= tolerance * max(norm2(room%amplitudes), self%largest_amplitude)) return
-      if (n_iterations == most_iterations) exit
+      reason = reason_no_material_answer
+      if (n_iterations == most_iterations) return
       n_iterations = n_iterations + 1
       call find_step(self, room, residual, step, is_found)
-      if (.not. is_found) exit
-      start = room%amplitudes
-      before = norm2(residual)
-      do i_halving = 0, most_halvings
-        room%amplitudes = start + step / 2**i_halving
-        call measure(self, theta, room, residual, reason)
-        if (reason > 0 .and. norm2(residual) <= before * (1 - 1.0e-4_rk / 2**i_halving)) exit
-      end do
-      if (i_halving > most_halvings) exit
+      if (is_found) call take_step(self, theta, room, step, residual, reason)
+    end do
+  end subroutine find_amplitudes
+
+  !> Goes along a step of Newton's method, as far as R * step does not rise above half of its size at the start. Without contact R is
+  !> the gradient of an energy, and this is its slope, which rises along the step. |R| may rise at first where the solution is far.
+  subroutine take_step(self, theta, room, step, residual, reason)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    real(rk), intent(in) :: step(:)
+    !> [sqrt(force*length)] R, at the start and at the end; shape (n_modes)
+    real(rk), contiguous, intent(inout) :: residual(:)
+    !> <= 0: the step leads uphill, or no part of it is short enough
+    integer, intent(out) :: reason
+    real(rk) :: length, slope, slope_there, start(size(step))
+    integer :: i
+
+    start = room%amplitudes
+    slope = dot_product(residual, step)
+    length = 1
+    do i = 1, merge(most_trials, 0, slope < 0)
+      room%amplitudes = start + length * step
+      call measure(self, theta, room, residual, reason)
+      slope_there = -slope
+      if (reason > 0) slope_there = dot_product(residual, step)
+      if (slope_there <= -slope / 2) return
+      ! where a straight line between the two slopes is zero
+      length = length * max(shortest, slope / (slope - slope_there))
     end do
     reason = reason_no_material_answer
-  end subroutine find_amplitudes
+  end subroutine take_step
 
   !> Computes contact, states and the residual for the amplitudes in the room.
   subroutine measure(self, theta, room, residual, reason)

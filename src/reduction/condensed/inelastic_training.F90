@@ -47,8 +47,9 @@ module sig_inelastic_training
   integer, parameter :: most_modes = 100
   !> [-] tolerances with which points are chosen (sig_point_choice), one after the other; 0 = all points
   real(rk), parameter :: tolerances(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 0.0_rk]
-  !> [-] more points are chosen where the error in training is larger than `enough`, and was divided by at least least_gain
-  real(rk), parameter :: enough = 2.0e-3_rk, least_gain = 2
+  !> [-] errors in training (measure_error) with which no further points are chosen, and for which not all points are taken; and by
+  !> how much one error is much above another
+  real(rk), parameter :: enough = 2.0e-3_rk, tolerable = 1.0e-2_rk, much_above = 1.5_rk
   !> [-] main directions of the stresses of inelastic strains that count
   real(rk), parameter :: stress_tolerance = 1.0e-5_rk
   integer, parameter :: most_stresses = 60
@@ -382,40 +383,32 @@ contains
     end associate
   end subroutine add_contact_strains
 
-  !> Chooses points (sig_point_choice), and runs the model through the histories with them. As long as a state has no answer, or
-  !> more points help, more are chosen; at last all.
+  !> Chooses points (sig_point_choice), more and more of them, and runs the model through the histories with them, until the error
+  !> is small; at last with all points. Takes the fewest points whose error is not much above the smallest.
   subroutine reduce_points(problem, states, model)
     type(problem_t), intent(in) :: problem
     type(states_t), intent(in) :: states
     type(inelastic_model_t), intent(inout) :: model
-    type(flow_points_t) :: before
-    real(rk), allocatable :: shares(:), stresses(:, :)
-    real(rk) :: error, error_before
-    integer, allocatable :: chosen(:)
-    integer :: i, k
+    real(rk), allocatable :: shares(:, :), stresses(:, :)
+    real(rk) :: errors(size(tolerances))
+    integer :: k
 
     call find_stresses(states, model, stresses)
-    allocate (shares(model%all%n_points()))
-    call take_points(model%all, [integer ::], [real(rk) ::], model%chosen)
+    call take_points(model%all, [real(rk) ::], model%chosen)
     call make_ready(problem, states, model)
-    error_before = huge(error_before)
+    allocate (shares(model%all%n_points(), size(tolerances)), source=1.0_rk)
+    errors = huge(errors)
     do k = 1, size(tolerances)
-      ! the last resort are all points
-      if (error_before < huge(error_before) .and. k == size(tolerances)) exit
-      shares = 1
-      if (k < size(tolerances)) call choose_points(model%all, model%hooke, stresses, tolerances(k), shares)
-      chosen = pack([(i, i=1, size(shares))], shares > 0)
-      call take_points(model%all, chosen, shares(chosen), model%chosen)
-      call measure_error(states, model, error)
-      if (error_before < huge(error_before) .and. error > error_before / least_gain) then
-        model%chosen = before
-        error = error_before
-      end if
-      if (error <= enough .or. error >= error_before .and. error < huge(error)) exit
-      error_before = error
-      before = model%chosen
+      if (tolerances(k) <= 0 .and. minval(errors) <= tolerable) exit
+      if (tolerances(k) > 0) call choose_points(model%all, model%hooke, stresses, tolerances(k), shares(:, k))
+      call take_points(model%all, shares(:, k), model%chosen)
+      call measure_error(states, model, errors(k))
+      if (errors(k) <= enough) exit
     end do
-    call report(model, error)
+    k = size(tolerances)
+    if (minval(errors) < huge(errors)) k = findloc(errors / much_above <= minval(errors), .true., dim=1)
+    call take_points(model%all, shares(:, k), model%chosen)
+    call report(model, errors(k))
   end subroutine reduce_points
 
   !> Says how many modes and points there are, and the error that they make.
@@ -523,23 +516,23 @@ contains
     call add_product(1.0_rk, all, u(:, :n), stresses)
   end subroutine find_stresses
 
-  !> Copies some points, with weights that are multiplied by their shares.
-  subroutine take_points(all, chosen, shares, points)
+  !> Copies the points whose shares are positive, with weights that are multiplied by them.
+  subroutine take_points(all, shares, points)
     type(flow_points_t), intent(in) :: all
-    !> 1-based
-    integer, intent(in) :: chosen(:)
+    !> shape (n_points), or empty for no point
     real(rk), intent(in) :: shares(:)
     type(flow_points_t), intent(out) :: points
+    integer, allocatable :: chosen(:), rows(:), six(:)
     integer :: i, k
-    integer :: rows(size(all%components) * size(chosen)), six(n_stresses * size(chosen))
 
+    chosen = pack([(i, i=1, size(shares))], shares > 0)
     associate (n => size(all%components))
       rows = [((n * (chosen(i) - 1) + k, k=1, n), i=1, size(chosen))]
       six = [((n_stresses * (chosen(i) - 1) + k, k=1, n_stresses), i=1, size(chosen))]
     end associate
     points%components = all%components
     points%materials = all%materials(chosen)
-    points%weights = shares * all%weights(chosen)
+    points%weights = shares(chosen) * all%weights(chosen)
     points%of_terms = all%of_terms(rows, :)
     points%of_contact = all%of_contact(rows, :)
     points%of_modes = all%of_modes(rows, :)
