@@ -3,18 +3,17 @@
 module sig_norton_creep
   use sig_creep_step, only: creep_step
   use sig_kinds, only: rk
-  use sig_material_law, only: material_law_t, n_components
   use sig_plastic_flow, only: creep_flow
   use sig_property_checks, only: bad_creep, bad_elastic_constant
-  use sig_radial_return, only: elastic_trial, finish_return, trial_t
+  use sig_radial_return, only: flow_t, radial_law_t, trial_t
   implicit none(type, external)
   private
   public :: norton_creep_t
 
-  type, extends(material_law_t) :: norton_creep_t
+  type, extends(radial_law_t) :: norton_creep_t
   contains
     procedure :: start
-    procedure :: update
+    procedure :: flow
     procedure :: bad_property
   end type norton_creep_t
 
@@ -30,24 +29,13 @@ contains
     self%property_names = [character(20) :: 'young_modulus', 'poisson_ratio', 'coefficient', 'exponent']
   end subroutine start
 
-  !> Makes one step, as material_law_t says.
-  pure subroutine update(self, strain, dt, properties, state_in, stress, state, tangent, is_solved)
+  pure type(flow_t) function flow(self, trial, dt, properties, state_in)
     class(norton_creep_t), intent(in) :: self
-    real(rk), intent(in) :: strain(n_components)
-    real(rk), intent(in) :: dt
-    real(rk), intent(in) :: properties(:)
-    real(rk), intent(in) :: state_in(:)
-    real(rk), intent(out) :: stress(n_components)
-    real(rk), intent(out) :: state(:)
-    real(rk), intent(out) :: tangent(n_components, n_components)
-    logical, intent(out) :: is_solved
-    type(trial_t) :: trial
+    type(trial_t), intent(in) :: trial
+    real(rk), intent(in) :: dt, properties(:), state_in(:)
 
-    trial = elastic_trial(strain, properties(1), properties(2), 0.0_rk, state_in)
-    call finish_return(trial, creep_flow(trial, creep_step(trial%shear_modulus, dt, properties(coefficient), &
-      properties(exponent))), state_in, stress, state, tangent, is_solved)
-    if (self%bad_property(properties) > 0) is_solved = .false.
-  end subroutine update
+    flow = creep_flow(trial, creep_step(trial%shear_modulus, dt, properties(coefficient), properties(exponent)))
+  end function flow
 
   !> Returns the number of the first property that is out of its range, 0 if there is none.
   pure integer function bad_property(self, properties)

@@ -26,13 +26,11 @@ contains
   !>     R(p + dp) + (3 G + H_k) dp + 3 G dt A R(p + dp)**n = xi_eq    if the stress without dp is above R(p), else dp = 0.
   !>
   !> Requires: no creep or no kinematic hardening, as creep follows the stress and not xi.
-  pure type(flow_t) function plastic_flow(trial, creep, strains, stresses, last_slope, kinematic_hardening, strain) result(flow)
+  pure type(flow_t) function plastic_flow(trial, creep, strains, stresses, last_slope, strain) result(flow)
     type(trial_t), intent(in) :: trial
     type(creep_step_t), intent(in) :: creep
     !> as in hardening_line
     real(rk), intent(in) :: strains(:), stresses(:), last_slope
-    !> [force/length**2] H_k of Prager's rule
-    real(rk), intent(in) :: kinematic_hardening
     !> [-] p, equivalent plastic strain at the start of the step
     real(rk), intent(in) :: strain
     type(hardening_line_t) :: line
@@ -42,7 +40,7 @@ contains
     flow = creep_flow(trial, creep)
     bound = flow%kept * trial%equivalent
     if (.not. bound > yield_stress_at(strains, stresses, last_slope, strain)) return
-    stiffness = 3 * trial%shear_modulus + kinematic_hardening
+    stiffness = 3 * trial%shear_modulus + trial%kinematic_hardening
     do i = 1, size(strains)
       line = hardening_line(strains, stresses, last_slope, i)
       if (line%end <= strain) cycle
@@ -53,8 +51,8 @@ contains
     drop = creep%drop(stress)
     flow%plastic = growth
     flow%creep = drop / (3 * trial%shear_modulus)
-    flow%kept = (stress + kinematic_hardening * growth) / trial%equivalent
-    flow%slope = (line%slope + kinematic_hardening) / &
+    flow%kept = (stress + trial%kinematic_hardening * growth) / trial%equivalent
+    flow%slope = (line%slope + trial%kinematic_hardening) / &
       (stiffness + line%slope * (1 + creep%exponent * drop / stress))
   end function plastic_flow
 

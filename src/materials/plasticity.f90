@@ -3,18 +3,18 @@
 module sig_plasticity
   use sig_creep_step, only: no_creep
   use sig_kinds, only: rk
-  use sig_material_law, only: material_law_t, n_components, plastic_strain_at
+  use sig_material_law, only: plastic_strain_at
   use sig_plastic_flow, only: plastic_flow
   use sig_property_checks, only: bad_elastic_constant, bad_stress, is_positive_or_zero
-  use sig_radial_return, only: elastic_trial, finish_return, trial_t
+  use sig_radial_return, only: flow_t, radial_law_t, trial_t
   implicit none(type, external)
   private
   public :: plasticity_t
 
-  type, extends(material_law_t) :: plasticity_t
+  type, extends(radial_law_t) :: plasticity_t
   contains
     procedure :: start
-    procedure :: update
+    procedure :: flow
     procedure :: bad_property
   end type plasticity_t
 
@@ -31,26 +31,17 @@ contains
     self%property_names = 'yield_stress'
     self%property_names(:first_stress - 1) = [character(20) :: 'young_modulus', 'poisson_ratio', 'kinematic_hardening', &
       'isotropic_hardening']
+    self%kinematic = kinematic
   end subroutine start
 
-  !> Makes one step, as material_law_t says.
-  pure subroutine update(self, strain, dt, properties, state_in, stress, state, tangent, is_solved)
+  pure type(flow_t) function flow(self, trial, dt, properties, state_in)
     class(plasticity_t), intent(in) :: self
-    real(rk), intent(in) :: strain(n_components)
-    real(rk), intent(in) :: dt
-    real(rk), intent(in) :: properties(:)
-    real(rk), intent(in) :: state_in(:)
-    real(rk), intent(out) :: stress(n_components)
-    real(rk), intent(out) :: state(:)
-    real(rk), intent(out) :: tangent(n_components, n_components)
-    logical, intent(out) :: is_solved
-    type(trial_t) :: trial
+    type(trial_t), intent(in) :: trial
+    real(rk), intent(in) :: dt, properties(:), state_in(:)
 
-    trial = elastic_trial(strain, properties(1), properties(2), properties(kinematic), state_in)
-    call finish_return(trial, plastic_flow(trial, no_creep, self%curve_strains, properties(first_stress:), &
-      properties(isotropic), properties(kinematic), state_in(plastic_strain_at)), state_in, stress, state, tangent, is_solved)
-    if (self%bad_property(properties) > 0) is_solved = .false.
-  end subroutine update
+    flow = plastic_flow(trial, no_creep, self%curve_strains, properties(first_stress:), properties(isotropic), &
+      state_in(plastic_strain_at))
+  end function flow
 
   !> Returns the number of the first property that is out of its range, 0 if there is none.
   pure integer function bad_property(self, properties)
