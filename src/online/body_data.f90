@@ -14,7 +14,7 @@ module sig_body_data
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
-  use sig_reduced, only: model_sizes_t
+  use sig_model_data, only: model_sizes_t
   use sig_rounding, only: rounding
   use sig_shape_checks, only: is_matrix
   use sig_text, only: to_text

@@ -23,7 +23,8 @@ module sig_compliance
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t
   use sig_lcp_rounding, only: drop_forces
   use sig_missing_parts, only: fill_missing
-  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none, model_sizes_t
+  use sig_model_data, only: model_data_t, model_sizes_t
+  use sig_reduced, only: displacement_by_modes, displacement_exact, displacement_none
   use sig_rounding, only: rounding_of_data, size_rounding => rounding
   use sig_shape_checks, only: are_indices, is_ascending, place_in_ascending
   use sig_text, only: join, string_t
@@ -48,7 +49,7 @@ module sig_compliance
     real(rk) :: field_size = 0
   end type compliance_point_t
 
-  type, abstract :: compliance_t
+  type, abstract, extends(model_data_t) :: compliance_t
     !> dofs whose displacement under the forces of the answer is exact (where W is interpolated, except for the interpolation),
     !> ascending, 1-based, shape (n_exact): those of all nodes, or of the boundaries that the deck names, or none
     integer, allocatable :: exact_dofs(:)
@@ -65,12 +66,6 @@ module sig_compliance
     !> [sqrt(force*length)] largest size of the displacement in training, in the norm of the stiffness
     real(rk) :: largest_field = 0
   contains
-    procedure(name_of), deferred :: kind
-    procedure(complete_in), deferred :: complete
-    procedure(find_mismatch_in), deferred :: mismatch
-    procedure(write_to), deferred :: write
-    procedure(read_from), deferred :: read
-    procedure(name_of), deferred :: describe
     procedure(size_of), deferred :: n_rows
     procedure(has_it), deferred :: has_modes
     procedure(has_it), deferred :: is_fixed
@@ -119,53 +114,6 @@ module sig_compliance
   end type compliance_t
 
   abstract interface
-    !> `kind` returns the name as in model files, `describe` lines about forces and displacements, each with its line end.
-    pure function name_of(self) result(text)
-      import :: compliance_t
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      character(:), allocatable :: text
-    end function name_of
-
-    !> Allocates the arrays that are not allocated, with size 0 or without values.
-    pure subroutine complete_in(self, sizes)
-      import :: compliance_t, model_sizes_t
-      implicit none(type, external)
-      class(compliance_t), intent(inout) :: self
-      type(model_sizes_t), intent(in) :: sizes
-    end subroutine complete_in
-
-    !> Returns the name of an array whose shape or values do not fit the model; empty when all fit. Requires: complete.
-    pure function find_mismatch_in(self, sizes) result(name)
-      import :: compliance_t, model_sizes_t
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      type(model_sizes_t), intent(in) :: sizes
-      character(:), allocatable :: name
-    end function find_mismatch_in
-
-    !> Writes the data to a group of a model file. A failure of the file is reported when the file is closed.
-    subroutine write_to(self, file, group, length, force)
-      import :: compliance_t, h5_writer_t
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      type(h5_writer_t), intent(inout) :: file
-      character(*), intent(in) :: group
-      !> names of the units
-      character(*), intent(in) :: length
-      character(*), intent(in) :: force
-    end subroutine write_to
-
-    !> Reads the data from a group of a model file. Errors: a dataset is missing, or has another type or rank.
-    subroutine read_from(self, file, group, error)
-      import :: compliance_t, error_t, h5_reader_t
-      implicit none(type, external)
-      class(compliance_t), intent(inout) :: self
-      type(h5_reader_t), intent(in) :: file
-      character(*), intent(in) :: group
-      type(error_t), allocatable, intent(inout) :: error
-    end subroutine read_from
-
     !> Returns the number of contact rows; anchors count, too.
     pure integer function size_of(self)
       import :: compliance_t

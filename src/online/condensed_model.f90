@@ -22,9 +22,10 @@ module sig_condensed_model
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: lu_t, multiply
+  use sig_model_data, only: model_sizes_t
   use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_pulled_off, &
     reason_ray
-  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
   private

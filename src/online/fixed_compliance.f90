@@ -18,8 +18,8 @@ module sig_fixed_compliance
   use sig_lcp_rounding, only: drop_small_forces => drop_rounding, lcp_sizes_t
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
+  use sig_model_data, only: model_sizes_t
   use sig_pivot_sets, only: pivot_sets_t, transform_scale
-  use sig_reduced, only: model_sizes_t
   use sig_rounding, only: rounding
   use sig_shape_checks, only: is_matrix, place_in_ascending
   use sig_text, only: counted

@@ -6,7 +6,7 @@ module sig_hhr_file
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_hhr_data, only: enrichment_history_t, hhr_data_t
-  use sig_reduced, only: model_sizes_t
+  use sig_model_data, only: model_sizes_t
   use sig_shape_checks, only: are_indices, is_ascending, is_matrix
   implicit none(type, external)
   private

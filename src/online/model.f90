@@ -8,8 +8,9 @@ module sig_model
   use sig_kinds, only: rk
   use sig_missing_parts, only: fill_missing
   use sig_model_choice, only: model_choice_t
+  use sig_model_data, only: model_sizes_t
   use sig_term_set, only: start_terms, term_set_t
-  use sig_reduced, only: model_sizes_t, part_t
+  use sig_reduced, only: part_t
   use sig_resultant_map, only: resultant_map_t
   use sig_text, only: string_t, to_text
   implicit none(type, external)

@@ -4,12 +4,9 @@
 module sig_reduced
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t, no_bound
-  use sig_contact_laws, only: contact_laws_t
-  use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
-  use sig_hdf5_reader, only: h5_reader_t
-  use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
+  use sig_model_data, only: model_data_t, model_sizes_t
   use sig_reasons, only: put_reason
   use sig_text, only: string_t
   implicit none(type, external)
@@ -18,17 +15,6 @@ module sig_reduced
 
   !> source of the displacement of a dof; displacement_exact: without modes, under the contact forces of the answer
   integer, parameter, public :: displacement_none = 0, displacement_by_modes = 1, displacement_exact = 2
-
-  !> Sizes of the model that a part belongs to.
-  type :: model_sizes_t
-    integer :: n_dofs = 0
-    integer :: n_multipliers = 0
-    integer :: n_terms = 0
-    !> number of training points
-    integer :: n_points = 0
-    !> friction and ties of the contacts; without arrays: none
-    type(contact_laws_t) :: laws
-  end type model_sizes_t
 
   !> The training points near a point, 1-based; 0 = none.
   type :: neighbors_t
@@ -41,11 +27,8 @@ module sig_reduced
   type, abstract :: room_t
   end type room_t
 
-  type, abstract :: reduced_t
+  type, abstract, extends(model_data_t) :: reduced_t
   contains
-    procedure(kind_name), deferred :: kind
-    procedure(complete_part), deferred :: complete
-    procedure(find_mismatch_in), deferred :: mismatch
     procedure(prepare_part), deferred :: prepare
     procedure(make_room), deferred :: create_room
     procedure(solve_at), deferred :: solve
@@ -55,9 +38,6 @@ module sig_reduced
     procedure(index_list), deferred :: contact_rows
     procedure(size_of), deferred :: n_rows
     procedure(size_of), deferred :: n_modes
-    procedure(write_part), deferred :: write
-    procedure(read_part), deferred :: read
-    procedure(text_lines), deferred :: describe
     procedure, non_overridable :: ask
     ! functions that a kind may offer in addition
     procedure :: cells => no_indices
@@ -94,32 +74,6 @@ module sig_reduced
   end type part_t
 
   abstract interface
-    !> Returns the name of the kind of reduced model, as in model files: condensed, hhr, interpolated or tied.
-    pure function kind_name(self) result(name)
-      import :: reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      character(:), allocatable :: name
-    end function kind_name
-
-    !> Allocates the arrays of the part that are not allocated, with size 0 or without values.
-    pure subroutine complete_part(self, sizes)
-      import :: model_sizes_t, reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(inout) :: self
-      type(model_sizes_t), intent(in) :: sizes
-    end subroutine complete_part
-
-    !> Returns the name of an array of the part whose shape does not fit, or whose values a query cannot use; empty when all fit.
-    !> Requires: complete.
-    pure function find_mismatch_in(self, sizes) result(name)
-      import :: model_sizes_t, reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      type(model_sizes_t), intent(in) :: sizes
-      character(:), allocatable :: name
-    end function find_mismatch_in
-
     !> Computes everything that does not depend on the point. Errors: message is allocated when the part cannot answer. Requires:
     !> complete.
     subroutine prepare_part(self, message)
@@ -201,36 +155,6 @@ module sig_reduced
       implicit none(type, external)
       class(reduced_t), intent(in) :: self
     end function size_of
-
-    !> Writes the part to a group of a model file. A failure of the file is reported when the file is closed.
-    subroutine write_part(self, file, group, length, force)
-      import :: h5_writer_t, reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      type(h5_writer_t), intent(inout) :: file
-      character(*), intent(in) :: group
-      !> names of the units
-      character(*), intent(in) :: length
-      character(*), intent(in) :: force
-    end subroutine write_part
-
-    !> Reads the part from a group of a model file. Errors: a dataset or attribute is missing, or has another type or rank.
-    subroutine read_part(self, file, group, error)
-      import :: error_t, h5_reader_t, reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(inout) :: self
-      type(h5_reader_t), intent(in) :: file
-      character(*), intent(in) :: group
-      type(error_t), allocatable, intent(inout) :: error
-    end subroutine read_part
-
-    !> Returns the lines of a description for people, each with its line end.
-    pure function text_lines(self) result(text)
-      import :: reduced_t
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      character(:), allocatable :: text
-    end function text_lines
   end interface
 
 contains

@@ -17,9 +17,10 @@ module sig_reduced_hhr
   use sig_lifted_certificate, only: lifted_certificate_t
   use sig_lcp, only: find_other_solution, lcp_solution_t, solve_lcp
   use sig_linear_algebra, only: multiply
+  use sig_model_data, only: model_sizes_t
   use sig_multiplier_fit, only: multiplier_fit_t, work_of_loads
   use sig_reasons, only: reason_blind, reason_no_material, reason_singular
-  use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_text, only: string_t
   implicit none(type, external)
   private
@@ -321,7 +322,7 @@ contains
     n_modes = self%data%n_modes
   end function n_modes
 
-  !> Writes the part to a group of a model file (write_cluster). Arguments: write_part in sig_reduced.
+  !> Writes the part to a group of a model file (write_cluster). Arguments: write_to in sig_model_data.
   subroutine write(self, file, group, length, force)
     class(reduced_hhr_t), intent(in) :: self
     type(h5_writer_t), intent(inout) :: file

@@ -18,7 +18,7 @@ module sig_tied_compliance
   use sig_kinds, only: rk
   use sig_linear_algebra, only: multiply
   use sig_missing_parts, only: fill_missing
-  use sig_reduced, only: model_sizes_t
+  use sig_model_data, only: model_sizes_t
   use sig_shape_checks, only: are_indices, is_matrix
   use sig_text, only: counted, to_text
   implicit none(type, external)

@@ -21,12 +21,13 @@ module sig_sampled_responses
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: varying_constants
+  use sig_model_data, only: model_sizes_t
   use sig_petsc_support, only: sum_over_ranks
   use sig_point_batches, only: count_distinct
   use sig_point_solver, only: point_solver_t
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged, reason_no_complementary_solution
-  use sig_reduced, only: model_sizes_t, room_t
+  use sig_reduced, only: room_t
   use sig_reduced_kinds, only: bodies_of
   use sig_probe_points, only: nearest_of
   use sig_snapshot_store, only: snapshot_set_t
