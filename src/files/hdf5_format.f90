@@ -9,21 +9,29 @@ module sig_hdf5_format
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: write_format, check_format, open_sealed
+  public :: file_format_t, write_format, check_format, open_sealed
+
+  type :: file_format_t
+    !> such as `signorom model`
+    character(20) :: name
+    !> oldest and newest version that can be read
+    integer :: oldest, newest
+    !> hint for errors: how to get a file that can be read
+    character(60) :: hint
+  end type file_format_t
 
 contains
 
   !> Writes the attributes format, format_version and code_version of '/'. A failure is reported when the file is closed.
-  subroutine write_format(file, name, version, code_version)
+  subroutine write_format(file, format, version, code_version)
     type(h5_writer_t), intent(inout) :: file
-    !> name of the format, such as `signorom model`
-    character(*), intent(in) :: name
+    type(file_format_t), intent(in) :: format
     !> version of the format
     integer, intent(in) :: version
     !> version of the program that computed the content
     character(*), intent(in) :: code_version
 
-    call file%write_attribute('/', 'format', name)
+    call file%write_attribute('/', 'format', trim(format%name))
     call file%write_attribute('/', 'format_version', version)
     call file%write_attribute('/', 'code_version', code_version)
   end subroutine write_format
@@ -32,15 +40,10 @@ contains
   !> off or changed according to its seal. A file without a seal is opened to find out what it is, and then refused.
   !>
   !> Errors: those of check_seal, of the reader's `open` and of check_format; no seal. Then the file is closed.
-  subroutine open_sealed(file, path, name, versions, hint, version, error)
+  subroutine open_sealed(file, path, format, version, error)
     type(h5_reader_t), intent(inout) :: file
     character(*), intent(in) :: path
-    !> name of the format
-    character(*), intent(in) :: name
-    !> oldest and newest version of the format that can be read
-    integer, intent(in) :: versions(2)
-    !> hint for the error: how to get a file that can be read
-    character(*), intent(in) :: hint
+    type(file_format_t), intent(in) :: format
     !> version of the file's format; 0 if it is not known
     integer, intent(out) :: version
     type(error_t), allocatable, intent(out) :: error
@@ -53,26 +56,21 @@ contains
       if (allocated(error)) exit work
       call file%open(path, error)
       if (allocated(error)) exit work
-      call check_format(file, path, name, versions, hint, version, error)
+      call check_format(file, path, format, version, error)
       if (allocated(error)) exit work
       if (.not. is_sealed) call make_error(error, 'the file does not begin with a checksum, so its content cannot be trusted', &
-        file=path, hint=hint)
+        file=path, hint=trim(format%hint))
     end block work
     if (allocated(error)) call file%close()
   end subroutine open_sealed
 
   !> Checks format and version of an open file. If there is an error already, only sets version = 0. Errors: no format or another
   !> one; a version that this program does not read; one of these attributes cannot be read.
-  subroutine check_format(file, path, name, versions, hint, version, error)
+  subroutine check_format(file, path, format, version, error)
     type(h5_reader_t), intent(in) :: file
     !> name of the file for messages
     character(*), intent(in) :: path
-    !> name of the format
-    character(*), intent(in) :: name
-    !> oldest and newest version of the format that can be read
-    integer, intent(in) :: versions(2)
-    !> hint for the error: how to get a file that can be read
-    character(*), intent(in) :: hint
+    type(file_format_t), intent(in) :: format
     !> version of the file's format; 0 if it is not known
     integer, intent(out) :: version
     type(error_t), allocatable, intent(inout) :: error
@@ -83,18 +81,19 @@ contains
     if (allocated(error)) return
     if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', found, error)
     if (allocated(error)) return
-    if (found == name) call file%read_attribute('/', 'format_version', version, error)
+    if (found == format%name) call file%read_attribute('/', 'format_version', version, error)
     if (allocated(error)) return
     if (found == '') then
-      call make_error(error, 'this HDF5 file is no ' // name, path, hint=hint)
-    else if (found /= name) then
-      call make_error(error, 'this file is no ' // name // '; it says that it is ''' // found // '''', path, hint=hint)
-    else if (version > versions(2)) then
+      call make_error(error, 'this HDF5 file is no ' // trim(format%name), path, hint=trim(format%hint))
+    else if (found /= format%name) then
+      call make_error(error, 'this file is no ' // trim(format%name) // '; it says that it is ''' // found // '''', path, &
+        hint=trim(format%hint))
+    else if (version > format%newest) then
       call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads up to version ' // &
-        to_text(versions(2)), path, hint='use the version that wrote it, or a newer one')
-    else if (version < versions(1)) then
+        to_text(format%newest), path, hint='use the version that wrote it, or a newer one')
+    else if (version < format%oldest) then
       call make_error(error, 'the file has format version ' // to_text(version) // '; this program reads none before ' // &
-        to_text(versions(1)), path, hint=hint)
+        to_text(format%oldest), path, hint=trim(format%hint))
     end if
   end subroutine check_format
 end module sig_hdf5_format

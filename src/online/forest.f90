@@ -4,7 +4,7 @@ module sig_forest
   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_loc, c_ptr
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
-  use sig_hdf5_format, only: check_format
+  use sig_hdf5_format, only: check_format, file_format_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_kinds, only: rk
@@ -12,6 +12,9 @@ module sig_forest
   implicit none(type, external)
   private
   public :: forest_t, read_forest
+
+  type(file_format_t), parameter :: forest_format = &
+    file_format_t('signorom forest', 2, 2, 'signorom-post forest LABELS.csv writes one')
 
   !> A forest: the nodes of all trees stand one after the other. Numbers are 0-based as in forest.h.
   type :: forest_t
@@ -144,7 +147,7 @@ contains
 
     call file%open(path, error)
     if (allocated(error)) return
-    call check_format(file, path, 'signorom forest', [2, 2], 'signorom-post forest LABELS.csv writes one', version, error)
+    call check_format(file, path, forest_format, version, error)
     call forest%read(file, '', path, error)
     call file%close()
     if (allocated(error)) return

@@ -6,7 +6,7 @@ module sig_model_file
   use sig_contact_laws_file, only: read_laws, write_laws
   use sig_errors, only: error_t, exit_internal, make_error
   use sig_field_map_file, only: read_field_map, write_field_map
-  use sig_hdf5_format, only: open_sealed, write_format
+  use sig_hdf5_format, only: file_format_t, open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
   use sig_history_file, only: read_history, write_history
@@ -22,8 +22,9 @@ module sig_model_file
   private
   public :: write_model, read_model
 
-  character(*), parameter :: format_name = 'signorom model'
   character(*), parameter :: train_hint = 'signorom train DECK writes a model file'
+  type(file_format_t), parameter :: model_format = &
+    file_format_t('signorom model', oldest_model_format, model_format_version, train_hint)
 
 contains
 
@@ -66,7 +67,7 @@ contains
     type(model_t), intent(in) :: model
 
     ! an earlier reader does not look for friction
-    call write_format(file, format_name, merge(oldest_model_format, model_format_version, model%laws%is_plain()), &
+    call write_format(file, model_format, merge(oldest_model_format, model_format_version, model%laws%is_plain()), &
       model%code_version)
     call file%write_attribute('/', 'provenance', model%provenance)
     call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
@@ -151,8 +152,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     type(h5_reader_t) :: file
 
-    call open_sealed(file, path, format_name, [oldest_model_format, model_format_version], train_hint, &
-      model%format_version, error)
+    call open_sealed(file, path, model_format, model%format_version, error)
     if (allocated(error)) return
     work: block
       call read_header(file, path, model, error)

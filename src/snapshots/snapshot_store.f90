@@ -3,7 +3,7 @@
 module sig_snapshot_store
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_errors, only: error_t, make_error
-  use sig_hdf5_format, only: open_sealed, write_format
+  use sig_hdf5_format, only: file_format_t, open_sealed, write_format
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: column_t, h5_writer_t
   use sig_kinds, only: rk
@@ -16,10 +16,9 @@ module sig_snapshot_store
   public :: snapshot_set_t, columns_of
   public :: pick_records, read_snapshot_set, records_of_set, write_snapshots
 
-  character(*), parameter :: format_name = 'signorom snapshots'
   !> 2: with a seal
-  integer, parameter :: format_version = 2
-  character(*), parameter :: sample_hint = 'remove the file; signorom sample DECK writes one'
+  type(file_format_t), parameter :: snapshots_format = &
+    file_format_t('signorom snapshots', 2, 2, 'remove the file; signorom sample DECK writes one')
   character(*), parameter :: sample_again = 'remove the file and sample again'
 
   !> The solutions at m points, one per column. Points that did not converge are in the set, too.
@@ -182,7 +181,7 @@ contains
 
     call file%create(path, error, is_sealed=.true.)
     if (allocated(error)) return
-    call write_format(file, format_name, format_version, code_version)
+    call write_format(file, snapshots_format, snapshots_format%newest, code_version)
     call file%write_attribute('/', 'provenance', study%provenance)
     call file%write('/parameter_names', study%parameter_names, description='in the order of the columns of parameters')
     call write_fields(file, records, size(study%parameter_names), length_unit, multiplier_unit)
@@ -248,7 +247,7 @@ contains
     integer :: i, version
 
     if (present(is_missing)) is_missing = .true.
-    call open_sealed(file, path, format_name, [format_version, format_version], sample_hint, version, error)
+    call open_sealed(file, path, snapshots_format, version, error)
     if (allocated(error)) return
     work: block
       call read_small_parts(file, path, provenance, set, error)
