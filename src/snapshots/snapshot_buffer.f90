@@ -5,7 +5,7 @@ module sig_snapshot_buffer
   use sig_clock, only: wall_time
   use sig_errors, only: error_t
   use sig_kinds, only: rk
-  use sig_snapshot_shard, only: append_records, shard_writer_t, snapshot_record_t
+  use sig_snapshot_shard, only: append_records, shard_content_t, shard_writer_t, snapshot_record_t
   implicit none(type, external)
   private
   public :: snapshot_buffer_t
@@ -34,23 +34,18 @@ contains
 
   !> Opens the shard for appending (creates it if it is missing, cuts off damaged records), and starts with an empty buffer. Errors:
   !> the file is no shard, is of another deck, mesh, size or format, or cannot be written.
-  subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
+  subroutine create(self, path, content, error)
     class(snapshot_buffer_t), intent(inout) :: self
     !> path of the shard
     character(*), intent(in) :: path
-    !> hash of the deck's physics and of the mesh
-    character(16), intent(in) :: provenance
-    !> sizes of the arrays of each record; n_dofs is 0 where displacements are not kept
-    integer, intent(in) :: n_parameters
-    integer, intent(in) :: n_dofs
-    integer, intent(in) :: n_multipliers
+    type(shard_content_t), intent(in) :: content
     type(error_t), allocatable, intent(out) :: error
 
     if (allocated(self%records)) deallocate (self%records)
     allocate (self%records(0))
     self%empty_time = wall_time()
     self%add_time = self%empty_time
-    call self%writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
+    call self%writer%create(path, content, error)
   end subroutine create
 
   !> Adds records. Writes all records of the buffer if some would otherwise wait, by estimate, for more than 0.9 s, or if their

@@ -8,7 +8,7 @@ module sig_snapshot_shard
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: snapshot_record_t, shard_writer_t, read_shard, append_records, move_record
+  public :: snapshot_record_t, shard_content_t, shard_writer_t, read_shard, append_records, move_record
   public :: n_residuals
 
   !> equilibrium, penetration, negative multiplier, complementarity, force balance
@@ -34,6 +34,18 @@ module sig_snapshot_shard
     !> [s] wall time
     real(rk) :: seconds = 0
   end type snapshot_record_t
+
+  !> What the records of a shard belong to, and the sizes of their arrays.
+  type :: shard_content_t
+    !> hash of the deck's physics and of the mesh
+    character(16) :: provenance
+    integer :: n_parameters
+    !> 0 where displacements are not kept
+    integer :: n_dofs
+    integer :: n_multipliers
+  contains
+    procedure :: sizes => sizes_of
+  end type shard_content_t
 
   !> A shard that is open for appending. Local: one rank of the group writes.
   type :: shard_writer_t
@@ -88,21 +100,24 @@ contains
   !> it, and counts what is left and what was cut off in n_records and n_dropped.
   !>
   !> Errors: the file is no shard, is of another deck, mesh, size or format (it does not change then), or cannot be written.
-  subroutine create(self, path, provenance, n_parameters, n_dofs, n_multipliers, error)
+  subroutine create(self, path, content, error)
     class(shard_writer_t), intent(inout) :: self
     character(*), intent(in) :: path
-    !> hash of the deck's physics and of the mesh
-    character(16), intent(in) :: provenance
-    !> sizes of the arrays of each record; n_dofs is 0 where displacements are not kept
-    integer, intent(in) :: n_parameters
-    integer, intent(in) :: n_dofs
-    integer, intent(in) :: n_multipliers
+    type(shard_content_t), intent(in) :: content
     type(error_t), allocatable, intent(out) :: error
 
     self%path = path
-    self%sizes = [n_parameters, n_dofs, n_multipliers, n_extra]
-    call open_shard(path, provenance, self%sizes, .true., self%handle, self%n_records, self%n_dropped, error)
+    self%sizes = content%sizes()
+    call open_shard(path, content, .true., self%handle, self%n_records, self%n_dropped, error)
   end subroutine create
+
+  !> Returns the numbers of parameters, dofs, multipliers and further values of each record.
+  pure function sizes_of(self) result(sizes)
+    class(shard_content_t), intent(in) :: self
+    integer :: sizes(4)
+
+    sizes = [self%n_parameters, self%n_dofs, self%n_multipliers, n_extra]
+  end function sizes_of
 
   !> Appends records. From then on a kill of the process does not lose them; a crash of the machine may lose the last ones.
   !>
@@ -110,7 +125,7 @@ contains
   !> moved.
   subroutine append(self, records, error)
     class(shard_writer_t), intent(inout) :: self
-    !> sizes as given to create
+    !> sizes as those of the content given to create
     type(snapshot_record_t), intent(in) :: records(:)
     type(error_t), allocatable, intent(out) :: error
     !> a row more, for the hash
@@ -159,14 +174,10 @@ contains
   !> Reads the records of a shard before the first damaged one, in the order in which they were written. The file does not change.
   !>
   !> Errors: the file is missing, is no shard, is of another deck, mesh, size or format, or cannot be read.
-  subroutine read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
+  subroutine read_shard(path, content, records, n_dropped, error)
     character(*), intent(in) :: path
     !> as for create
-    character(16), intent(in) :: provenance
-    !> sizes of the arrays of each record, as for create
-    integer, intent(in) :: n_parameters
-    integer, intent(in) :: n_dofs
-    integer, intent(in) :: n_multipliers
+    type(shard_content_t), intent(in) :: content
     type(snapshot_record_t), allocatable, intent(out) :: records(:)
     !> number of records from the first damaged one on, the last one perhaps only a piece; a kill leaves at most one
     integer, intent(out) :: n_dropped
@@ -177,8 +188,8 @@ contains
     integer :: i_record, n_records, sizes(4)
     integer(c_int) :: code
 
-    sizes = [n_parameters, n_dofs, n_multipliers, n_extra]
-    call open_shard(path, provenance, sizes, .false., handle, n_records, n_dropped, error)
+    sizes = content%sizes()
+    call open_shard(path, content, .false., handle, n_records, n_dropped, error)
     allocate (records(n_records))
     if (allocated(error)) return
     allocate (values(sum(sizes) + 1))
@@ -234,11 +245,9 @@ contains
   !> n_dropped were cut off. For reading: the file does not change, n_records counts all records, also damaged ones and a
   !> piece at the end, and n_dropped is 0. After an error the handle is null and the counts are zero. Errors: the file is no shard,
   !> is of another version, deck, mesh or size, or cannot be opened; for reading, it is missing.
-  subroutine open_shard(path, provenance, sizes, is_writing, handle, n_records, n_dropped, error)
+  subroutine open_shard(path, content, is_writing, handle, n_records, n_dropped, error)
     character(*), intent(in) :: path
-    character(16), intent(in) :: provenance
-    !> numbers of parameters, dofs, multipliers and further values of each record, shape (4)
-    integer, intent(in) :: sizes(:)
+    type(shard_content_t), intent(in) :: content
     logical, intent(in) :: is_writing
     type(c_ptr), intent(out) :: handle
     integer, intent(out) :: n_records
@@ -248,8 +257,8 @@ contains
     integer(c_int64_t) :: n_good, n_bad
     integer(c_int) :: code
 
-    code = sig_shard_open(path, len(path, c_size_t), provenance, int(sizes, c_int64_t), merge(1_c_int, 0_c_int, is_writing), &
-      handle, n_good, n_bad)
+    code = sig_shard_open(path, len(path, c_size_t), content%provenance, int(content%sizes(), c_int64_t), &
+      merge(1_c_int, 0_c_int, is_writing), handle, n_good, n_bad)
     if (.not. c_associated(handle)) n_good = 0
     if (.not. c_associated(handle)) n_bad = 0
     n_records = int(n_good)

@@ -5,7 +5,7 @@ module fuzz_seeds
   use sig_kinds, only: rk
   use sig_model, only: model_t
   use sig_model_file, only: write_model
-  use sig_snapshot_shard, only: shard_writer_t, snapshot_record_t
+  use sig_snapshot_shard, only: shard_content_t, shard_writer_t, snapshot_record_t
   use sig_snapshot_store, only: records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: string_t
   use tiny_model, only: add_fields, add_full_order, build_interpolated_model, build_tiny_model
@@ -60,7 +60,7 @@ contains
     type(snapshot_record_t) :: record
     integer :: i
 
-    call writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
+    call writer%create(path, shard_content_t(provenance, n_parameters, n_dofs, n_multipliers), error)
     do i = 1, 5
       if (allocated(error)) return
       record = record_at(0.1_rk * i)

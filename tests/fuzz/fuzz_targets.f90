@@ -22,7 +22,7 @@ module fuzz_targets
   use sig_query, only: query_t
   use sig_reconstruction, only: reconstruct_displacement, reconstruct_multipliers
   use sig_selection, only: read_selection, selection_t
-  use sig_snapshot_shard, only: read_shard, shard_writer_t, snapshot_record_t
+  use sig_snapshot_shard, only: read_shard, shard_content_t, shard_writer_t, snapshot_record_t
   use sig_snapshot_store, only: read_snapshot_set, snapshot_set_t
   use sig_text, only: string_t
   implicit none(type, external)
@@ -181,12 +181,12 @@ contains
     type(snapshot_record_t), allocatable :: records(:), again(:)
     integer :: n_dropped
 
-    call read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, records, n_dropped, error)
+    call read_shard(path, shard_content_t(provenance, n_parameters, n_dofs, n_multipliers), records, n_dropped, error)
     if (allocated(error)) return
-    call writer%create(path, provenance, n_parameters, n_dofs, n_multipliers, error)
+    call writer%create(path, shard_content_t(provenance, n_parameters, n_dofs, n_multipliers), error)
     if (.not. allocated(error)) call writer%close(error)
     if (allocated(error)) return
-    call read_shard(path, provenance, n_parameters, n_dofs, n_multipliers, again, n_dropped, error)
+    call read_shard(path, shard_content_t(provenance, n_parameters, n_dofs, n_multipliers), again, n_dropped, error)
     if (allocated(error)) return
     if (n_dropped /= 0 .or. size(again) /= size(records)) error stop 'a shard that was cut at its good end is not whole'
   end subroutine try_shard

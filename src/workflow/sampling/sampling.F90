@@ -22,7 +22,7 @@ module sig_sampling
   use sig_sampled_responses, only: sampled_responses_t
   use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
-  use sig_snapshot_shard, only: snapshot_record_t
+  use sig_snapshot_shard, only: shard_content_t, snapshot_record_t
   use sig_petsc_support, only: max_over_ranks, sum_over_ranks
   use sig_solver_options, only: refuse_unused_options
   use sig_stop_request, only: agree_to_stop
@@ -225,8 +225,8 @@ contains
     integer :: i
 
     if (self%team%groups%is_leader()) then
-      call buffer%create(store%shard_path(self%team%groups%i_group), self%problem%provenance, size(points, 1), &
-        n_stored, self%team%solver%system%rows%n_rows, error)
+      call buffer%create(store%shard_path(self%team%groups%i_group), shard_content_t(self%problem%provenance, size(points, 1), &
+        n_stored, self%team%solver%system%rows%n_rows), error)
     end if
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) return

@@ -18,7 +18,7 @@ module sig_snapshot_merge
   use sig_log, only: log_info, log_warning
   use sig_problem, only: parameter_names, parameter_units, problem_t
   use sig_reasons, only: reason_converged, reason_text
-  use sig_snapshot_shard, only: append_records, read_shard, snapshot_record_t
+  use sig_snapshot_shard, only: append_records, read_shard, shard_content_t, snapshot_record_t
   use sig_snapshot_store, only: pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
   use sig_text, only: are, counted, string_t, to_text
   use petsc
@@ -182,8 +182,8 @@ contains
     end if
     shards = store%shards()
     do i = 1, size(shards)
-      call read_shard(store%folder // '/' // shards(i)%text, problem%provenance, size(points, 1), &
-        n_stored, problem%force_rows%n_rows, found, n_dropped, error)
+      call read_shard(store%folder // '/' // shards(i)%text, shard_content_t(problem%provenance, size(points, 1), n_stored, &
+        problem%force_rows%n_rows), found, n_dropped, error)
       if (allocated(error)) return
       if (n_dropped > 0 .and. .not. store%is_reported) call log_warning(counted(n_dropped, 'record') // ' at the end of ' // &
         shards(i)%text // ' ' // are(n_dropped) // ' left out: damaged or behind a damaged one, as after a killed run; ' // &
