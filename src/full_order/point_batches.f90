@@ -2,6 +2,7 @@
 !> Which points a group of ranks solves, and which of them at once: those that share a stiffness stay together.
 module sig_point_batches
   use sig_kinds, only: rk
+  use sig_sorting, only: precedes, sort_by_keys
   implicit none(type, external)
   private
   public :: point_batches_t, deal_points, count_distinct
@@ -133,53 +134,10 @@ contains
     integer :: i
 
     order = [(i, i=1, size(order))]
-    call merge_sort(constants, order)
+    call sort_by_keys(constants, order)
     is_first = .true.
     do i = 2, size(order)
       is_first(i) = precedes(constants(:, order(i - 1)), constants(:, order(i)))
     end do
   end subroutine sort_by_constants
-
-  pure recursive subroutine merge_sort(constants, order)
-    real(rk), intent(in) :: constants(:, :)
-    integer, intent(inout) :: order(:)
-    integer :: first_half(size(order) / 2), i, j, k
-
-    if (size(order) < 2) return
-    j = size(first_half) + 1
-    call merge_sort(constants, order(:j - 1))
-    call merge_sort(constants, order(j:))
-    first_half = order(:j - 1)
-    i = 1
-    do k = 1, size(order)
-      if (i > size(first_half)) exit
-      if (takes_second()) then
-        order(k) = order(j)
-        j = j + 1
-      else
-        order(k) = first_half(i)
-        i = i + 1
-      end if
-    end do
-
-  contains
-
-    pure logical function takes_second()
-      takes_second = j <= size(order)
-      if (takes_second) takes_second = precedes(constants(:, order(j)), constants(:, first_half(i)))
-    end function takes_second
-  end subroutine merge_sort
-
-  !> Whether `one` is smaller than `other` in the first constant that differs; false if all are equal.
-  pure logical function precedes(one, other)
-    real(rk), intent(in) :: one(:)
-    real(rk), intent(in) :: other(:)
-    integer :: i
-
-    precedes = .false.
-    do i = 1, size(one)
-      precedes = one(i) < other(i)
-      if (abs(one(i) - other(i)) > 0) return
-    end do
-  end function precedes
 end module sig_point_batches

@@ -8,6 +8,7 @@ module sig_nodal_field
   use sig_mesh, only: mesh_t
   use sig_mesh_checks, only: group_of_region
   use sig_nodal_field_file, only: raw_field_t, read_raw_field
+  use sig_sorting, only: sort_by_keys
   use sig_text, only: join, to_text
   implicit none(type, external)
   private
@@ -68,7 +69,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     integer :: i, i_node, n_unknown, order(mesh%n_nodes)
 
-    call sort_tags(mesh%node_tags, order)
+    order = order_of(mesh%node_tags)
     allocate (values(mesh%n_nodes), source=ieee_value(1.0_rk, ieee_quiet_nan))
     n_unknown = 0
     do i = size(raw%tags), 1, -1
@@ -106,7 +107,7 @@ contains
         config%name%column)
       return
     end if
-    call sort_tags(mesh%node_tags, order)
+    order = order_of(mesh%node_tags)
     allowed = same_place * maxval([0.0_rk, abs(mesh%coordinates)])
     do i = 1, size(raw%place_tags)
       i_node = node_with_tag(mesh%node_tags, order, raw%place_tags(i))
@@ -151,39 +152,19 @@ contains
     end associate
   end subroutine check_region
 
-  !> Finds the order in which the tags ascend, by merging: then tags(order) ascends, and equal tags keep their order.
-  pure recursive subroutine sort_tags(tags, order, is_part)
+  !> Returns the order in which the tags ascend: then tags(order) ascends, and equal tags keep their order.
+  pure function order_of(tags) result(order)
     integer, intent(in) :: tags(:)
-    !> indices in tags, 1-based
-    integer, intent(inout) :: order(:)
-    !> only its presence counts. Present: `order` has the indices to sort; absent: `order` is first filled with 1 to size(order)
-    logical, intent(in), optional :: is_part
-    integer :: half(size(order) / 2), i, j, k
+    integer :: order(size(tags))
+    integer :: i
 
-    if (.not. present(is_part)) order = [(i, i=1, size(order))]
-    if (size(order) < 2) return
-    j = size(half) + 1
-    call sort_tags(tags, order(:j - 1), .true.)
-    call sort_tags(tags, order(j:), .true.)
-    half = order(:j - 1)
-    i = 1
-    do k = 1, size(order)
-      if (i > size(half)) return
-      if (j <= size(order)) then
-        if (tags(order(j)) < tags(half(i))) then
-          order(k) = order(j)
-          j = j + 1
-          cycle
-        end if
-      end if
-      order(k) = half(i)
-      i = i + 1
-    end do
-  end subroutine sort_tags
+    order = [(i, i=1, size(tags))]
+    call sort_by_keys(reshape(real(tags, rk), [1, size(tags)]), order)
+  end function order_of
 
   !> Returns the node (1-based) with a tag; 0 if there is none.
   pure integer function node_with_tag(tags, order, tag) result(i_node)
-    !> tag of each node, and the order of sort_tags, both shape (n_nodes); not empty
+    !> tag of each node, and their order (order_of), both shape (n_nodes); not empty
     integer, intent(in) :: tags(:)
     integer, intent(in) :: order(:)
     integer, intent(in) :: tag

@@ -2,6 +2,7 @@
 !> A tree of points that are halved along the longest side of their box again and again, so that near points stand near each other.
 module sig_point_tree
   use sig_kinds, only: rk
+  use sig_sorting, only: sort_by_keys
   implicit none(type, external)
   private
   public :: point_tree_t
@@ -88,7 +89,7 @@ contains
       associate (own => places(:, self%order(first:last)))
         axis = maxloc(maxval(own, dim=2) - minval(own, dim=2), dim=1)
       end associate
-      call sort(places(axis, :), self%order(first:last))
+      call sort(places(axis, self%order(first:last)), self%order(first:last))
       middle = (first + last) / 2
       call halve(self, places, first, middle, most_in_leaf, n)
       children(1) = n
@@ -101,38 +102,18 @@ contains
     self%children(:, n) = children
   end subroutine halve
 
-  !> Sorts numbers of points by their coordinate, equal ones by their number (merge sort).
-  pure recursive subroutine sort(coordinates, numbers)
+  !> Sorts numbers of points by their coordinate, equal ones by their number.
+  pure subroutine sort(coordinates, numbers)
+    !> of these points
     integer, intent(in) :: coordinates(:)
     integer, intent(inout) :: numbers(:)
-    integer :: left(size(numbers) / 2), right(size(numbers) - size(numbers) / 2)
-    integer :: i, i_left, i_right
+    real(rk) :: keys(2, size(numbers))
+    integer :: i, order(size(numbers))
 
-    if (size(numbers) < 2) return
-    left = numbers(:size(left))
-    right = numbers(size(left) + 1:)
-    call sort(coordinates, left)
-    call sort(coordinates, right)
-    i_left = 1
-    i_right = 1
-    do i = 1, size(numbers)
-      if (takes_left(i_left, i_right)) then
-        numbers(i) = left(i_left)
-        i_left = i_left + 1
-      else
-        numbers(i) = right(i_right)
-        i_right = i_right + 1
-      end if
-    end do
-  contains
-    pure logical function takes_left(i_left, i_right)
-      integer, intent(in) :: i_left, i_right
-
-      takes_left = i_right > size(right)
-      if (i_left > size(left) .or. takes_left) return
-      associate (a => coordinates(left(i_left)), b => coordinates(right(i_right)))
-        takes_left = a < b .or. (a == b .and. left(i_left) < right(i_right))
-      end associate
-    end function takes_left
+    keys(1, :) = coordinates
+    keys(2, :) = numbers
+    order = [(i, i=1, size(order))]
+    call sort_by_keys(keys, order)
+    numbers = numbers(order)
   end subroutine sort
 end module sig_point_tree
