@@ -15,9 +15,9 @@ module sig_friction_holding
 
 contains
 
-  !> Makes a copy of W in which motions that no contact resists and no load drives are held where they were: with a unit motion z of
-  !> this kind, the rows of motions get s z z' (m - m_0), and with them equilibrium says z' m = z' m_0. `held` is not allocated where
-  !> there is no such motion.
+  !> Makes a copy of W in which motions that no contact resists and no load drives are held where they were: with a unit motion z
+  !> of this kind, the rows of motions get s z z' (m - m_0), and with them equilibrium says z' m = z' m_0. `held` is not allocated
+  !> where there is no such motion.
   subroutine hold_unresisted_motions(matrix, before, f, contacts, q, held)
     !> [length/force] W as in solve_friction
     real(rk), contiguous, intent(in) :: matrix(:, :)

@@ -8,7 +8,8 @@ module sig_lcp
   use sig_lcp_block_pivoting, only: run_block_pivoting
   use sig_lcp_lemke, only: run_lemke
   use sig_lcp_types, only: evaluate_set, lcp_active_set, lcp_block_pivoting, lcp_lemke, lcp_method_name, lcp_solution_t, &
-    lcp_workspace_t, sign_tolerance, sum_rows, widest_tolerance
+    lcp_workspace_t, sign_tolerance, widest_tolerance
+  use sig_linear_algebra, only: sum_rows
   use sig_reasons, only: reason_converged, reason_cycle, reason_ill_conditioned, reason_max_pivots, reason_not_finite, &
     reason_ray
   implicit none(type, external)
@@ -288,7 +289,7 @@ contains
     real(rk) :: size_of_row, violation
     integer :: i
 
-    call sum_rows(matrix, q, solution%lambda, workspace)
+    call sum_rows(matrix, solution%lambda, q, workspace%w, workspace%row_size)
     solution%residual = 0
     do i = 1, size(q)
       violation = merge(abs(workspace%w(i)), -workspace%w(i), solution%lambda(i) > 0)

@@ -6,11 +6,11 @@ module sig_lcp_types
   use sig_dense_kernels, only: factor_cholesky, factor_lu, reciprocal_condition_cholesky, reciprocal_condition_lu, &
     solve_cholesky, solve_lu
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: singular_reciprocal
+  use sig_linear_algebra, only: singular_reciprocal, sum_rows
   use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
-  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, measure_pivots, sum_rows
+  public :: lcp_solution_t, lcp_workspace_t, lcp_method_name, evaluate_set, measure_pivots
 
   !> values of lcp_solution_t%method
   integer, parameter, public :: lcp_active_set = 1
@@ -151,7 +151,7 @@ contains
       end if
       call solve_set(q, n, workspace)
     end if
-    call sum_rows(matrix, q, workspace%lambda(:size(q)), workspace)
+    call sum_rows(matrix, workspace%lambda(:size(q)), q, workspace%w, workspace%row_size)
     do i = 1, size(q)
       if (is_active(i)) workspace%w(i) = 0
     end do
@@ -272,33 +272,6 @@ contains
       workspace%lambda(workspace%active(i)) = workspace%work(i)
     end do
   end subroutine solve_set
-
-  !> Computes in the workspace w = W lambda + q and the sum of the absolute values of the terms of each row, row_size = |q_i| + sum
-  !> |W_ij lambda_j|. Requires: workspace%reserve.
-  pure subroutine sum_rows(matrix, q, lambda, workspace)
-    !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
-    !> shape (n)
-    real(rk), intent(in) :: q(:)
-    !> shape (n)
-    real(rk), intent(in) :: lambda(:)
-    type(lcp_workspace_t), intent(inout) :: workspace
-    real(rk) :: part
-    integer :: i, j
-
-    do i = 1, size(q)
-      workspace%w(i) = q(i)
-      workspace%row_size(i) = abs(q(i))
-    end do
-    do j = 1, size(q)
-      if (abs(lambda(j)) <= 0) cycle
-      do i = 1, size(q)
-        part = matrix(i, j) * lambda(j)
-        workspace%w(i) = workspace%w(i) + part
-        workspace%row_size(i) = workspace%row_size(i) + abs(part)
-      end do
-    end do
-  end subroutine sum_rows
 
   !> Sets workspace%is_violated: whether lambda in the active set, or w outside of it, is negative beyond the tolerance. The
   !> tolerance is relative: for w to row_size, for lambda to the largest |lambda|.

@@ -2,13 +2,13 @@
 !> Small dense linear algebra: LU factors for several solves, single solves, inverses, products.
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use sig_dense_kernels, only: add_product, factor_lu, largest_size, multiply, multiply_transpose, reciprocal_condition_lu, &
-    solve_lu, sum_of_sizes, transposed_product
+  use sig_dense_kernels, only: add_columns_and_sizes, add_product, factor_lu, largest_size, multiply, multiply_transpose, &
+    reciprocal_condition_lu, solve_lu, sum_of_sizes, transposed_product
   use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: lu_t, add_product, multiply, multiply_transpose, transposed_product, solve_dense, invert
-  public :: unit_vector, largest_size, sum_of_sizes
+  public :: unit_vector, largest_size, sum_of_sizes, sum_rows
 
   !> [-] a matrix with at most this reciprocal condition number (1-norm) is singular: a solution would have no correct digit
   real(rk), parameter, public :: singular_reciprocal = 4.0_rk * epsilon(1.0_rk)
@@ -145,4 +145,22 @@ contains
     vector = 0
     vector(i) = 1
   end function unit_vector
+
+  !> Computes w = A x + b, and for each row the sum of the absolute values of the terms, |b_i| + sum_j |A_ij x_j|.
+  pure subroutine sum_rows(a, x, b, w, row_size)
+    !> shape (n, n)
+    real(rk), contiguous, intent(in) :: a(:, :)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> n or more elements, as w and row_size
+    real(rk), intent(in) :: b(:)
+    real(rk), contiguous, intent(inout) :: w(:)
+    real(rk), contiguous, intent(inout) :: row_size(:)
+
+    associate (n => size(x))
+      w(:n) = b(:n)
+      row_size(:n) = abs(b(:n))
+      call add_columns_and_sizes(a, x, w(:n), row_size(:n))
+    end associate
+  end subroutine sum_rows
 end module sig_linear_algebra
