@@ -3,8 +3,8 @@
 module sig_c_api_history
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_ptr, c_size_t
   use sig_c_answers, only: ask_time, has_size, tell
-  use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, keep, model_handle_t, put_integers, &
-    put_reals, ready_context, ready_model
+  use sig_c_handles, only: answered_context, bad_argument, code_ok, context_handle_t, given_numbers, keep, model_handle_t, &
+    put_integers, put_reals, ready_context, ready_model
   use sig_history, only: states_of
   use sig_kinds, only: rk
   implicit none(type, external)
@@ -75,11 +75,8 @@ contains
     handle => ready_context(context)
     if (.not. associated(handle)) return
     handle%has_answer = .false.
-    if (.not. c_associated(parameters)) then
-      call keep(handle%message, 'the parameters are a null pointer')
-      return
-    end if
-    call c_f_pointer(parameters, values, [handle%model%online%model%n_given()])
+    values => given_numbers(handle, parameters, handle%model%online%model%n_given(), 'the parameters are')
+    if (.not. associated(values)) return
     call handle%query%start(handle%model%online, values, message)
     call take_message(handle, message, code)
   end function signorom_start
@@ -120,9 +117,11 @@ contains
     real(c_double), pointer :: numbers(:)
     character(:), allocatable :: message
 
-    handle => context_with_memory(context, memory, numbers)
     code = bad_argument
+    handle => ready_context(context)
     if (.not. associated(handle)) return
+    numbers => given_numbers(handle, memory, handle%model%online%n_remembered(), 'the memory is')
+    if (.not. associated(numbers)) return
     call handle%query%save_memory(handle%model%online, numbers, message)
     call take_message(handle, message, code)
   end function signorom_get_memory
@@ -134,9 +133,11 @@ contains
     real(c_double), pointer :: numbers(:)
     character(:), allocatable :: message
 
-    handle => context_with_memory(context, memory, numbers)
     code = bad_argument
+    handle => ready_context(context)
     if (.not. associated(handle)) return
+    numbers => given_numbers(handle, memory, handle%model%online%n_remembered(), 'the memory is')
+    if (.not. associated(numbers)) return
     handle%has_answer = .false.
     call handle%query%restore_memory(handle%model%online, numbers, message)
     call take_message(handle, message, code)
@@ -155,23 +156,4 @@ contains
       code = code_ok
     end if
   end subroutine take_message
-
-  !> Returns the handle of a context and the numbers of the caller; null if the context is not ready or `memory` is null, and the
-  !> message of the context (unless `context` is null) says so.
-  function context_with_memory(context, memory, numbers) result(handle)
-    type(c_ptr), intent(in) :: context
-    type(c_ptr), intent(in) :: memory
-    real(c_double), pointer, intent(out) :: numbers(:)
-    type(context_handle_t), pointer :: handle
-
-    numbers => null()
-    handle => ready_context(context)
-    if (.not. associated(handle)) return
-    if (c_associated(memory)) then
-      call c_f_pointer(memory, numbers, [handle%model%online%n_remembered()])
-    else
-      call keep(handle%message, 'the memory is a null pointer')
-      handle => null()
-    end if
-  end function context_with_memory
 end module sig_c_api_history

@@ -3,8 +3,8 @@
 module sig_c_api_query
   use, intrinsic :: iso_c_binding, only: c_associated, c_double, c_f_pointer, c_int, c_loc, c_null_ptr, c_ptr, c_size_t
   use sig_c_answers, only: ask, copy_displacement, has_node, has_size, tell
-  use sig_c_handles, only: answered_context, bad_argument, bad_model, chosen_nodes, code_ok, context_handle_t, keep, &
-    no_answer, no_memory, put_reals, ready_context, ready_model
+  use sig_c_handles, only: answered_context, bad_argument, bad_model, chosen_nodes, code_ok, context_handle_t, given_numbers, &
+    keep, no_answer, no_memory, put_reals, ready_context, ready_model
   use sig_reconstruction, only: fill_displacement, reconstruct_multipliers
   implicit none(type, external)
   private
@@ -75,12 +75,9 @@ contains
     handle => ready_context(context)
     if (.not. associated(handle)) return
     handle%has_answer = .false.
-    if (.not. c_associated(point)) then
-      call keep(handle%message, 'the point is a null pointer')
-      return
-    end if
+    values => given_numbers(handle, point, size(handle%model%names), 'the point is')
+    if (.not. associated(values)) return
     if (.not. has_size(handle, answer, 1_c_int, n_bytes)) return
-    call c_f_pointer(point, values, [size(handle%model%names)])
     call ask(handle, values, code)
     if (c_associated(answer)) call tell(handle, code, n_bytes, answer)
   end function signorom_query

@@ -12,7 +12,7 @@ module sig_c_handles
   implicit none(type, external)
   private
   public :: model_handle_t, context_handle_t, keep, ready_model, ready_context, answered_context, chosen_nodes, &
-    put_integers, put_reals, put_text, text_at
+    given_numbers, put_integers, put_reals, put_text, text_at
   public :: code_ok, no_answer, bad_argument, bad_model, no_memory
 
   ! the values of signorom_code
@@ -134,6 +134,23 @@ contains
     end if
     handle => null()
   end function answered_context
+
+  !> Returns a pointer to n numbers of the caller. It is null if `pointer` is null; then the message of the context says so.
+  function given_numbers(handle, pointer, n, subject) result(numbers)
+    type(context_handle_t), intent(inout) :: handle
+    type(c_ptr), intent(in) :: pointer
+    integer, intent(in) :: n
+    !> what the numbers are, with its verb: the message goes on `a null pointer`
+    character(*), intent(in) :: subject
+    real(c_double), pointer :: numbers(:)
+
+    numbers => null()
+    if (c_associated(pointer)) then
+      call c_f_pointer(pointer, numbers, [n])
+    else
+      call keep(handle%message, subject // ' a null pointer')
+    end if
+  end function given_numbers
 
   !> Returns a pointer to the numbers of the nodes that the caller chose, 0-based, in the caller's memory. With n = 0 the result has
   !> no elements. It is null if n is negative, `nodes` is null (also with n = 0) or a number is out of range; then the message of
