@@ -11,33 +11,25 @@ enum {
   SIG_K_MEDOIDS_NO_MEMORY = 1,
   SIG_K_MEDOIDS_BAD_COUNT = 2,         /* fewer than one cluster or more than items; no start */
   SIG_K_MEDOIDS_BAD_DISSIMILARITY = 3, /* an entry is negative, infinite or not a number */
-  SIG_K_MEDOIDS_BAD_OPTION = 4,        /* unknown method or start */
+  SIG_K_MEDOIDS_BAD_OPTION = 4,        /* unknown start */
   SIG_K_MEDOIDS_BAD_LABEL = 5          /* sig_silhouette: a label is below 0 or not below n_clusters */
 };
 
-/* Methods that improve the medoids. FASTER_PAM exchanges a medoid for another item as soon as that lowers the loss,
- * until no exchange does; a look at all exchanges costs n_items**2 (Schubert and Rousseeuw, Information Systems 101
- * (2021) 101804). ALTERNATING computes a new medoid of each cluster and then new clusters, until the loss does not
- * change (Park and Jun, Expert Systems with Applications 36 (2009) 3336). It is cheaper, and its result is often worse.
- */
-enum { SIG_K_MEDOIDS_FASTER_PAM = 0, SIG_K_MEDOIDS_ALTERNATING = 1 };
-
-/* Methods that choose the first medoids. BUILD chooses one by one the item that lowers the loss most. RANDOM takes any
- * items. LAB works as BUILD does, but each medoid is chosen among 10 + sqrt(n_items) items that are drawn anew and
- * judged by these items alone (same source as FASTER_PAM). CENTRAL takes the items of least dissimilarity to all items,
- * relative to that of the others (Park and Jun). */
-enum { SIG_K_MEDOIDS_BUILD = 0, SIG_K_MEDOIDS_RANDOM = 1, SIG_K_MEDOIDS_LAB = 2, SIG_K_MEDOIDS_CENTRAL = 3 };
+/* Methods that choose the first medoids. BUILD chooses one by one the item that lowers the loss most; RANDOM takes any
+ * items. */
+enum { SIG_K_MEDOIDS_BUILD = 0, SIG_K_MEDOIDS_RANDOM = 1 };
 
 typedef struct {
-  int method;
   int start;
-  int n_starts; /* >= 1, the best counts; BUILD and CENTRAL have one result: their second and later starts are RANDOM */
+  int n_starts; /* >= 1, the best counts; BUILD has one result: its second and later starts are RANDOM */
   int seed;     /* the same seed gives the same result */
 } sig_k_medoids_options;
 
 /* Finds the medoids (n_clusters), ascending, and labels (n_items), the cluster of each item: that of the nearest
  * medoid. A medoid is in its own cluster. loss is the sum of the dissimilarities of the items to the medoids of their
- * clusters. */
+ * clusters. From the first medoids on it exchanges a medoid for another item as soon as that lowers the loss, until no
+ * exchange does; a look at all exchanges costs n_items**2 (FasterPAM: Schubert and Rousseeuw, Information Systems 101
+ * (2021) 101804). */
 int sig_find_medoids(int n_items, const double *dissimilarity, int n_clusters, const sig_k_medoids_options *options,
                      int *medoids, int *labels, double *loss);
 

@@ -359,8 +359,6 @@ module sig_deck_config
     integer :: min_snapshots = 2
     !> refuse (default) or merge: treatment of a cluster with fewer snapshots
     character(:), allocatable :: small_clusters
-    !> faster_pam (default) or alternating: algorithm for the medoids
-    character(:), allocatable :: algorithm
     !> seed of random choices; default 1
     integer :: seed = 1
     type(target_config_t) :: target
@@ -399,8 +397,6 @@ module sig_deck_config
     logical :: has_loaded_zones = .true.
     !> boundaries whose nodes (all, or those in a window) join the reduced integration domain, in addition to auto or instead of it
     type(zone_config_t), allocatable :: zones_of_interest(:)
-    !> join (default): the cells of a contact node's partner are added; remove: a contact node without partner has no equation
-    character(:), allocatable :: unpaired_nodes
     type(enrichment_config_t) :: enrichment
     !> [-] singular values below this share of the largest one count as zero in rank checks; default 1.0e-10
     real(rk) :: rank_tolerance = 1.0e-10_rk

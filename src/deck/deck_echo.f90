@@ -70,9 +70,10 @@ contains
     !> text from echo_deck of this version or of an older one
     character(*), intent(in) :: other_deck
     character(:), allocatable :: setting
-    character(:), allocatable :: lines, line
+    character(:), allocatable :: lines, line, other
     integer :: length
 
+    other = without_gone_key(other_deck)
     lines = parameters_section(config%parameters) // history_section(config%history) // &
       clusters_section(config%clusters, config%parameters) // reduction_section(config%reduction)
     do while (len(lines) > 0)
@@ -80,10 +81,22 @@ contains
       line = lines(:length - 1)
       lines = lines(length + 1:)
       setting = trim(adjustl(line))
-      if (index(other_deck, eol // line(:index(line, ':'))) > 0 .and. index(other_deck, eol // line // eol) == 0) return
+      if (index(other, eol // line(:index(line, ':'))) > 0 .and. index(other, eol // line // eol) == 0) return
     end do
     setting = ''
   end function differing_setting
+
+  !> Returns the text without a key that stood in the line of the clusters, with its usual value. Decks of version 0.1 have it.
+  pure function without_gone_key(deck) result(text)
+    character(*), intent(in) :: deck
+    character(:), allocatable :: text
+    character(*), parameter :: gone = ', algorithm: faster_pam'
+    integer :: i
+
+    i = index(deck, gone)
+    text = deck
+    if (i > 0) text = deck(:i - 1) // deck(i + len(gone):)
+  end function without_gone_key
 
   pure function units_section(config) result(yaml)
     type(deck_config_t), intent(in) :: config
@@ -352,7 +365,7 @@ contains
       to_text(clusters%max_number) // ', method: ' // clusters%method // ', cell_pod_tolerance: ' // &
       to_text(clusters%cell_pod_tolerance) // ', opposite_snapshots: ' // clusters%opposite_snapshots // &
       ', min_snapshots: ' // to_text(clusters%min_snapshots) // ', small_clusters: ' // clusters%small_clusters // &
-      ', algorithm: ' // clusters%algorithm // ', seed: ' // to_text(clusters%seed)
+      ', seed: ' // to_text(clusters%seed)
     if (clusters%target%is_used) yaml = yaml // ', target: ' // target_mapping(clusters%target, parameters)
     if (clusters%refine%is_used) yaml = yaml // ', refine: {max_points: ' // to_text(clusters%refine%max_points) // &
       ', points_per_round: ' // to_text(clusters%refine%points_per_round) // '}'
@@ -383,7 +396,6 @@ contains
       '  dual_pod_tolerance: ' // tolerance_or_none(reduction%dual_pod_tolerance) // eol // &
       '  dirichlet: ' // reduction%dirichlet // eol // &
       '  zones_of_interest: ' // zone_list(reduction) // eol // &
-      '  unpaired_nodes: ' // reduction%unpaired_nodes // eol // &
       '  enrichment: {type: ' // reduction%enrichment%type // ', max_condition_number: ' // &
       to_text(reduction%enrichment%max_condition_number) // ', side: ' // reduction%enrichment%side // ', max_hats: ' // &
       count_or_word(reduction%enrichment%max_hats, huge(1), 'none') // '}' // eol // &

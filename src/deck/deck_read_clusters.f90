@@ -13,7 +13,6 @@ module sig_deck_read_clusters
   character(*), parameter :: cluster_methods(2) = [character(9) :: 'regular', 'irregular']
   character(*), parameter :: opposites(2) = [character(9) :: 'equal', 'different']
   character(*), parameter :: small_treatments(2) = [character(6) :: 'refuse', 'merge']
-  character(*), parameter :: cluster_algorithms(2) = [character(11) :: 'faster_pam', 'alternating']
   character(*), parameter :: measures(3) = [character(12) :: 'e_lambda_all', 'e_lambda_rid', 'e_u']
   character(*), parameter :: statistics(3) = [character(6) :: 'p95', 'median', 'max']
 
@@ -30,7 +29,6 @@ contains
     integer :: i_clusters
 
     clusters%method = trim(cluster_methods(1))
-    clusters%algorithm = trim(cluster_algorithms(1))
     clusters%opposite_snapshots = trim(opposites(1))
     clusters%small_clusters = trim(small_treatments(1))
     i_clusters = get_mapping(tree, root_node, 'clusters', .false.)
@@ -47,7 +45,7 @@ contains
     call get_choice(tree, i_clusters, 'opposite_snapshots', .false., opposites, clusters%opposite_snapshots)
     call get_integer(tree, i_clusters, 'min_snapshots', .false., clusters%min_snapshots)
     call get_choice(tree, i_clusters, 'small_clusters', .false., small_treatments, clusters%small_clusters)
-    call get_choice(tree, i_clusters, 'algorithm', .false., cluster_algorithms, clusters%algorithm)
+    call tree%refuse_key(i_clusters, 'algorithm', 'earlier versions had it; clusters are always found as by faster_pam')
     call get_integer(tree, i_clusters, 'seed', .false., clusters%seed)
     call read_target(tree, i_clusters, parameters, clusters%target)
     call read_refine(tree, i_clusters, clusters%refine)

@@ -15,7 +15,6 @@ module sig_deck_read_reduction
 
   character(*), parameter :: methods(3) = [character(9) :: 'auto', 'condensed', 'hhr']
   character(*), parameter :: dirichlet_treatments(2) = [character(15) :: 'elastic_lifting', 'multiplier']
-  character(*), parameter :: unpaired_treatments(2) = [character(6) :: 'join', 'remove']
   character(*), parameter :: enrichments(4) = [character(6) :: 'auto', 'none', 'greedy', 'all']
   character(*), parameter :: sides(2) = [character(6) :: 'first', 'second']
   character(*), parameter :: reconstructions(2) = [character(29) :: 'multipliers_and_displacements', 'multipliers']
@@ -37,7 +36,6 @@ contains
 
     reduction%method = trim(methods(1))
     reduction%dirichlet = trim(dirichlet_treatments(1))
-    reduction%unpaired_nodes = trim(unpaired_treatments(1))
     reduction%reconstruction = trim(reconstructions(1))
     reduction%displacement%type = displacements(1)
     reduction%displacement%elsewhere = trim(elsewhere(1))
@@ -53,7 +51,7 @@ contains
     call read_modes(tree, i_reduction, reduction)
     call get_choice(tree, i_reduction, 'dirichlet', .false., dirichlet_treatments, reduction%dirichlet)
     call read_zones(tree, i_reduction, model, reduction)
-    call get_choice(tree, i_reduction, 'unpaired_nodes', .false., unpaired_treatments, reduction%unpaired_nodes)
+    call tree%refuse_key(i_reduction, 'unpaired_nodes', 'earlier versions had it; partners of contact nodes always join the domain')
     call read_enrichment(tree, i_reduction, reduction%enrichment)
     call get_number(tree, i_reduction, 'rank_tolerance', .false., reduction%rank_tolerance)
     call get_choice(tree, i_reduction, 'reconstruction', .false., reconstructions, reduction%reconstruction)

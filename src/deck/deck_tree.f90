@@ -261,7 +261,7 @@ contains
   end subroutine add
 
   !> Adds the error `<key path> is not available: <reason>` if a mapping has this key. close_mapping then does not report the key
-  !> as unknown. It is for keys that users may expect, for example because other programs have them.
+  !> as unknown. It is for keys that users may expect, because other programs or earlier versions have them.
   subroutine refuse_key(this, i_mapping, key, reason)
     class(deck_tree_t), intent(inout) :: this
     integer, intent(in) :: i_mapping

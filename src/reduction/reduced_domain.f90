@@ -53,14 +53,11 @@ contains
   !> Therefore the cells around partners are added until no row is cut. Then each equation of A has all its contact forces, and each
   !> row all its displacements. Rows that share nodes are added together. Local. Cost: one pass over the connectivity of the mesh,
   !> then proportional to the size of the domain.
-  pure subroutine build_reduced_domain(mesh, rows, seed_nodes, has_partners, domain)
+  pure subroutine build_reduced_domain(mesh, rows, seed_nodes, domain)
     type(mesh_t), intent(in) :: mesh
     type(contact_rows_t), intent(in) :: rows
     !> natural (order of the mesh file), in any order here, repetitions allowed
     integer, intent(in) :: seed_nodes(:)
-    !> true: partners are added (Fig. 2b). False: none are added; nodes of a cut contact row are not interior and have no equations
-    !> (Fig. 2a, as in [9])
-    logical, intent(in) :: has_partners
     type(reduced_domain_t), intent(out) :: domain
     type(growth_t) :: growth
     type(ties_t) :: ties
@@ -74,13 +71,9 @@ contains
     call start_growth(mesh, growth)
     do i_seed = 1, size(domain%seed_nodes)
       call take_cells_around(mesh, domain%seed_nodes(i_seed), growth)
-      if (has_partners) call take_partners(mesh, ties, domain%seed_nodes(i_seed), growth, is_facing)
+      call take_partners(mesh, ties, domain%seed_nodes(i_seed), growth, is_facing)
     end do
-    if (has_partners) then
-      call close_rows(mesh, ties, growth, is_facing)
-    else
-      call remove_unpaired(rows, growth, mesh%n_nodes)
-    end if
+    call close_rows(mesh, ties, growth, is_facing)
     domain%facing_nodes = true_indices(is_facing .and. .not. is_seed)
     call collect_sets(mesh, rows, growth, domain)
   end subroutine build_reduced_domain
@@ -183,32 +176,6 @@ contains
       end associate
     end do
   end subroutine close_rows
-
-  !> Removes from the interior nodes all nodes of a contact row that is cut, until no row is cut. The cells stay in the domain.
-  pure subroutine remove_unpaired(rows, growth, n_nodes)
-    type(contact_rows_t), intent(in) :: rows
-    type(growth_t), intent(inout) :: growth
-    integer, intent(in) :: n_nodes
-    integer, allocatable :: nodes(:)
-    logical :: is_interior(n_nodes), was_interior(n_nodes)
-    integer :: k
-
-    nodes = growth%interior_nodes(:growth%n_interior)
-    is_interior = .false.
-    is_interior(nodes) = .true.
-    do
-      was_interior = is_interior
-      do k = 1, rows%n_rows
-        associate (row_nodes => rows%nodes_of(k))
-          if (.not. all(is_interior(row_nodes))) is_interior(row_nodes) = .false.
-        end associate
-      end do
-      if (all(is_interior .eqv. was_interior)) exit
-    end do
-    nodes = pack(nodes, is_interior(nodes))
-    growth%n_interior = size(nodes)
-    growth%interior_nodes(:size(nodes)) = nodes
-  end subroutine remove_unpaired
 
   !> Sets the cells, dofs and contact rows of a finished domain (not its seed and facing nodes).
   !>

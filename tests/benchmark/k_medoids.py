@@ -30,7 +30,7 @@ LOSS_MARGIN = 1e-3
 class Options(ctypes.Structure):
     """`sig_k_medoids_options` of include/signorom/k_medoids.h."""
 
-    _fields_ = [(name, ctypes.c_int) for name in ("method", "start", "n_starts", "seed")]
+    _fields_ = [(name, ctypes.c_int) for name in ("start", "n_starts", "seed")]
 
 
 def build_library(folder):
@@ -53,7 +53,7 @@ def run_ours(library, dissimilarity, n_clusters, n_starts):
         n,
         dissimilarity.ctypes.data_as(ctypes.POINTER(ctypes.c_double)),
         n_clusters,
-        ctypes.byref(Options(0, RANDOM_START, n_starts, 1)),
+        ctypes.byref(Options(RANDOM_START, n_starts, 1)),
         medoids.ctypes.data_as(ctypes.POINTER(ctypes.c_int)),
         labels.ctypes.data_as(ctypes.POINTER(ctypes.c_int)),
         ctypes.byref(loss),

@@ -8,12 +8,11 @@ module sig_cluster_division
   use sig_errors, only: error_t, make_error
   use sig_forest_training, only: train_forest
   use sig_grassmann, only: subspace_t
-  use sig_k_medoids, only: choose_n_clusters, find_medoids, k_medoids_options_t, medoids_t, merge_cluster, method_alternating, &
-    method_faster_pam
+  use sig_grid_cells, only: grid_cells_t
+  use sig_k_medoids, only: choose_n_clusters, find_medoids, k_medoids_options_t, medoids_t, merge_cluster
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_model, only: model_t
-  use sig_model_choice, only: model_choice_t
   use sig_parameter_space, only: format_point
   use sig_snapshot_lengths, only: find_identical, snapshot_lengths
   use sig_text, only: counted, to_text
@@ -44,7 +43,8 @@ contains
     type(cluster_t), allocatable, intent(out) :: clusters(:)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: coordinates(:, :), lengths(:)
+    type(medoids_t) :: found
+    real(rk), allocatable :: coordinates(:, :), dissimilarity(:, :), lengths(:)
     integer :: i
 
     ierr = 0
@@ -59,10 +59,18 @@ contains
       if (allocated(error)) exit work
       PetscCall(warn_of_identical(deck, snapshots, lengths, ierr))
       PetscCall(snapshot_coordinates(snapshots, PETSC_COMM_WORLD, coordinates, ierr))
+      PetscCall(compare(deck, coordinates, model, dissimilarity, error, ierr))
+      if (allocated(error)) exit work
+      call find_clusters(deck, n_clusters, dissimilarity, model%choice%cells, found, clusters, error)
+      if (allocated(error)) exit work
+      call check_clusters(clusters, deck%clusters%min_snapshots, error)
+      if (allocated(error)) exit work
+      model%choice%loss = found%loss
+      model%choice%silhouette = found%silhouette
       if (deck%clusters%method == 'regular') then
-        PetscCall(divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr))
-      else
-        PetscCall(divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr))
+        model%choice%labels = found%labels
+      else if (size(clusters) > 1) then
+        PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
       end if
     end block work
     if (.not. allocated(error)) return
@@ -86,44 +94,35 @@ contains
       ' are equal; one of them adds no information')
   end subroutine warn_of_identical
 
-  !> Clusters the cells of the grid by the principal angles between their POD modes, merges small clusters if the deck asks for it,
-  !> and fills model%choice. Collective on all ranks. Source: section 4.1. Errors: those of need_whole_grid, find_medoids and
-  !> check_clusters.
-  subroutine divide_cells(deck, n_clusters, coordinates, model, clusters, error, ierr)
+  !> Computes how different each two of the items are that are clustered: cells of the grid, which go to model%choice, by the
+  !> principal angles between their POD modes (regular; source: section 4.1), or snapshots by the angles between them (irregular;
+  !> section 4.2). Collective on all ranks. Errors: those of need_whole_grid.
+  subroutine compare(deck, coordinates, model, dissimilarity, error, ierr)
     type(deck_config_t), intent(in) :: deck
-    !> as in divide_snapshots
-    integer, intent(in) :: n_clusters
     !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
     real(rk), intent(in) :: coordinates(:, :)
     type(model_t), intent(inout) :: model
-    type(cluster_t), allocatable, intent(out) :: clusters(:)
+    !> as in find_medoids
+    real(rk), allocatable, intent(out) :: dissimilarity(:, :)
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    type(medoids_t) :: found
     type(subspace_t), allocatable :: subspaces(:)
-    real(rk), allocatable :: dissimilarity(:, :)
     integer :: i
 
     ierr = 0
-    associate (cells => model%choice%cells, n_points => size(coordinates, 2))
+    if (deck%clusters%method == 'irregular') then
+      PetscCall(dissimilarity_of_snapshots(coordinates, deck%clusters%opposite_snapshots == 'different', PETSC_COMM_WORLD, dissimilarity, ierr))
+      return
+    end if
+    call need_whole_grid(deck, size(coordinates, 2), error)
+    if (allocated(error)) return
+    associate (cells => model%choice%cells)
       cells%n_values = deck%training%grid
       cells%box = model%box
-      call need_whole_grid(deck, n_points, error)
-      if (allocated(error)) return
       subspaces = cell_subspaces(coordinates, cells, [(i, i=1, cells%n_cells())], deck%clusters%cell_pod_tolerance)
-      PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
-      call find_clusters(deck, n_clusters, dissimilarity, found, error)
-      if (allocated(error)) return
-      clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
-      do while (has_small_cluster(deck, clusters, found))
-        call dissolve_small(deck, dissimilarity, clusters, found)
-        clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
-      end do
-      call check_clusters(clusters, deck%clusters%min_snapshots, error)
-      call keep_division(found, model%choice)
-      model%choice%labels = found%labels
     end associate
-  end subroutine divide_cells
+    PetscCall(dissimilarity_of_subspaces(subspaces, PETSC_COMM_WORLD, dissimilarity, ierr))
+  end subroutine compare
 
   !> Checks that every point of the training grid has a solution. Errors: a point has none.
   subroutine need_whole_grid(deck, n_points, error)
@@ -137,44 +136,18 @@ contains
       hint='use clusters: {method: irregular, ...}')
   end subroutine need_whole_grid
 
-  !> Clusters the snapshots by the angles between them, merges small clusters if the deck asks for it, fills model%choice, and
-  !> trains a forest on the labels unless there is only one cluster. Collective on all ranks. Source: section 4.2. Errors: those of
-  !> find_medoids, check_clusters and train_forest.
-  subroutine divide_points(deck, n_clusters, coordinates, model, clusters, error, ierr)
-    type(deck_config_t), intent(in) :: deck
-    !> as in divide_snapshots
-    integer, intent(in) :: n_clusters
-    !> of snapshot_coordinates, shape (n_coordinates, n_snapshots)
-    real(rk), intent(in) :: coordinates(:, :)
-    type(model_t), intent(inout) :: model
-    type(cluster_t), allocatable, intent(out) :: clusters(:)
-    type(error_t), allocatable, intent(out) :: error
-    PetscErrorCode, intent(out) :: ierr
-    type(medoids_t) :: found
-    real(rk), allocatable :: dissimilarity(:, :)
-
-    PetscCall(dissimilarity_of_snapshots(coordinates, deck%clusters%opposite_snapshots == 'different', PETSC_COMM_WORLD, dissimilarity, ierr))
-    call find_clusters(deck, n_clusters, dissimilarity, found, error)
-    if (allocated(error)) return
-    clusters = clusters_of_snapshots(found%labels, size(found%medoids))
-    do while (has_small_cluster(deck, clusters, found))
-      call dissolve_small(deck, dissimilarity, clusters, found)
-      clusters = clusters_of_snapshots(found%labels, size(found%medoids))
-    end do
-    call keep_division(found, model%choice)
-    call check_clusters(clusters, deck%clusters%min_snapshots, error)
-    if (allocated(error) .or. size(clusters) == 1) return
-    PetscCall(train_forest(deck, model%training_points, found%labels, PETSC_COMM_WORLD, model%choice%forest, error, ierr))
-  end subroutine divide_points
-
-  !> Finds n_clusters clusters, or, with n_clusters = 0, the number of choose_n_clusters, at most clusters.max_number. Local, with
-  !> the same result on every rank. Errors: those of find_medoids.
-  subroutine find_clusters(deck, n_clusters, dissimilarity, found, error)
+  !> Finds n_clusters clusters, or, with n_clusters = 0, the number of choose_n_clusters, at most clusters.max_number. Small
+  !> clusters are merged if the deck asks for it. Local, with the same result on every rank. Errors: those of find_medoids.
+  subroutine find_clusters(deck, n_clusters, dissimilarity, cells, found, clusters, error)
     type(deck_config_t), intent(in) :: deck
     integer, intent(in) :: n_clusters
     !> as in find_medoids
     real(rk), intent(in), contiguous :: dissimilarity(:, :)
+    !> of the items, where these are cells
+    type(grid_cells_t), intent(in) :: cells
     type(medoids_t), intent(out) :: found
+    !> the snapshots of each cluster
+    type(cluster_t), allocatable, intent(out) :: clusters(:)
     type(error_t), allocatable, intent(out) :: error
 
     if (n_clusters == 0) then
@@ -182,14 +155,33 @@ contains
     else
       call find_medoids(dissimilarity, n_clusters, medoid_options(deck%clusters), found, error)
     end if
+    if (allocated(error)) return
+    clusters = clusters_of(deck, found, cells)
+    do while (has_small_cluster(deck, clusters, found))
+      call dissolve_small(deck, dissimilarity, clusters, found)
+      clusters = clusters_of(deck, found, cells)
+    end do
   end subroutine find_clusters
 
-  !> Returns the options of k-medoids: method and seed from the deck, defaults for the others.
+  !> Returns the clusters of snapshots of labeled cells (regular) or snapshots.
+  function clusters_of(deck, found, cells) result(clusters)
+    type(deck_config_t), intent(in) :: deck
+    type(medoids_t), intent(in) :: found
+    type(grid_cells_t), intent(in) :: cells
+    type(cluster_t) :: clusters(size(found%medoids))
+
+    if (deck%clusters%method == 'regular') then
+      clusters = clusters_of_cells(found%labels, size(found%medoids), cells)
+    else
+      clusters = clusters_of_snapshots(found%labels, size(found%medoids))
+    end if
+  end function clusters_of
+
+  !> Returns the options of k-medoids: the seed from the deck, defaults for the others.
   pure function medoid_options(clusters) result(options)
     type(clusters_config_t), intent(in) :: clusters
     type(k_medoids_options_t) :: options
 
-    options%method = merge(method_alternating, method_faster_pam, clusters%algorithm == 'alternating')
     options%seed = clusters%seed
   end function medoid_options
 
@@ -232,13 +224,4 @@ contains
       counted(sizes(i_small), 'snapshot') // ', fewer than ' // to_text(deck%clusters%min_snapshots) // &
       ': merged into cluster ' // to_text(i_target) // ' (' // counted(sizes(i_target), 'snapshot') // '), whose medoid is nearest')
   end subroutine dissolve_small
-
-  !> Keeps the loss and the silhouette of the clusters in model%choice.
-  subroutine keep_division(found, choice)
-    type(medoids_t), intent(in) :: found
-    type(model_choice_t), intent(inout) :: choice
-
-    choice%loss = found%loss
-    choice%silhouette = found%silhouette
-  end subroutine keep_division
 end module sig_cluster_division

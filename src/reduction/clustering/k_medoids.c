@@ -101,68 +101,6 @@ static void start_at_random(search_t *search, uint64_t *state) {
   memcpy(search->medoids, search->pool, (size_t)search->k * sizeof *search->medoids);
 }
 
-/* Place in the pool of the drawn item that, as a medoid, lowers the loss of the drawn items most. */
-static int best_of_drawn(const search_t *search, int n_drawn, bool is_first) {
-  int best = 0;
-  double least = INFINITY;
-  for (int i = 0; i < n_drawn; i++) {
-    const double *row = row_of(search, search->pool[i]);
-    double loss = 0;
-    for (int j = 0; j < n_drawn; j++) {
-      const int o = search->pool[j];
-      loss += is_first ? row[o] : fmin(row[o], search->to_nearest[o]);
-    }
-    if (loss < least * (1 - tie_tolerance)) {
-      best = i;
-      least = loss;
-    }
-  }
-  return best;
-}
-
-static void start_with_lab(search_t *search, uint64_t *state) {
-  const int wanted = 10 + (int)ceil(sqrt(search->n));
-  fill_pool(search);
-  for (int i = 0; i < search->k; i++) {
-    const int n_left = search->n - i; /* the pool's first n_left entries are no medoids */
-    const int n_drawn = wanted < n_left ? wanted : n_left;
-    draw_to_front(search->pool, n_left, n_drawn, state);
-    const int place = best_of_drawn(search, n_drawn, i == 0), item = search->pool[place];
-    add_medoid(search, i, item);
-    search->pool[place] = search->pool[n_left - 1];
-    search->pool[n_left - 1] = item;
-  }
-}
-
-static void start_in_the_center(search_t *search) {
-  double *value = search->bound;
-  memset(value, 0, (size_t)search->n * sizeof *value);
-  for (int i = 0; i < search->n; i++) {
-    const double *row = row_of(search, i);
-    double sum = 0;
-    for (int o = 0; o < search->n; o++) sum += row[o];
-    if (sum > 0)
-      for (int o = 0; o < search->n; o++) value[o] += row[o] / sum;
-  }
-  for (int i = 0; i < search->k; i++) {
-    int best = -1;
-    for (int c = 0; c < search->n; c++)
-      if (!is_medoid(search, i, c) && (best < 0 || value[c] < value[best] * (1 - tie_tolerance))) best = c;
-    search->medoids[i] = best;
-  }
-}
-
-static void start_search(search_t *search, int start, uint64_t *state) {
-  if (start == SIG_K_MEDOIDS_BUILD)
-    start_with_build(search);
-  else if (start == SIG_K_MEDOIDS_LAB)
-    start_with_lab(search, state);
-  else if (start == SIG_K_MEDOIDS_CENTRAL)
-    start_in_the_center(search);
-  else
-    start_at_random(search, state);
-}
-
 /* Second nearest medoid of an item whose nearest one is known. */
 static void find_second(search_t *search, int item) {
   const double *row = row_of(search, item);
@@ -252,8 +190,8 @@ static int best_exchange(search_t *search, int candidate, double *total) {
   return best;
 }
 
-/* Method FASTER_PAM, with the candidates in the order of the pool. */
-static void run_faster_pam(search_t *search) {
+/* Improves the medoids; the candidates come in the order of the pool. */
+static void exchange_medoids(search_t *search) {
   if (search->k == 1) { /* no medoid is second nearest; the best medoid follows from sums */
     search->medoids[0] = most_central(search);
     return;
@@ -297,29 +235,6 @@ static double assign(search_t *search) {
   return loss;
 }
 
-/* Makes the item with the smallest sum of dissimilarities to its cluster the medoid of the cluster. */
-static void move_to_centers(search_t *search) {
-  for (int i = 0; i < search->k; i++) search->change[i] = INFINITY;
-  for (int c = 0; c < search->n; c++) {
-    const double *row = row_of(search, c);
-    const int i = search->nearest[c];
-    double sum = 0;
-    for (int o = 0; o < search->n; o++) sum += search->nearest[o] == i ? row[o] : 0;
-    if (sum >= search->change[i] * (1 - tie_tolerance)) continue;
-    search->change[i] = sum;
-    search->medoids[i] = c;
-  }
-}
-
-static void run_alternating(search_t *search) {
-  double before, loss = assign(search);
-  do {
-    before = loss;
-    move_to_centers(search);
-    loss = assign(search);
-  } while (loss < before * (1 - tie_tolerance));
-}
-
 static bool is_dissimilarity(int n, const double *entries) {
   for (int i = 0; i < n; i++) {
     const double *row = entries + (size_t)i * n;
@@ -332,9 +247,7 @@ static bool is_dissimilarity(int n, const double *entries) {
 
 static int check(int n, const double *dissimilarity, int k, const sig_k_medoids_options *options) {
   if (k < 1 || k > n || options->n_starts < 1) return SIG_K_MEDOIDS_BAD_COUNT;
-  if (options->method < SIG_K_MEDOIDS_FASTER_PAM || options->method > SIG_K_MEDOIDS_ALTERNATING ||
-      options->start < SIG_K_MEDOIDS_BUILD || options->start > SIG_K_MEDOIDS_CENTRAL)
-    return SIG_K_MEDOIDS_BAD_OPTION;
+  if (options->start != SIG_K_MEDOIDS_BUILD && options->start != SIG_K_MEDOIDS_RANDOM) return SIG_K_MEDOIDS_BAD_OPTION;
   return is_dissimilarity(n, dissimilarity) ? SIG_K_MEDOIDS_OK : SIG_K_MEDOIDS_BAD_DISSIMILARITY;
 }
 
@@ -357,15 +270,14 @@ static void create_search(search_t *search, double **reals, int **integers) {
 
 static double run_start(search_t *search, const sig_k_medoids_options *options, int i_start) {
   uint64_t state = ((uint64_t)(uint32_t)options->seed << 32) + (uint64_t)i_start;
-  const bool is_fixed = options->start == SIG_K_MEDOIDS_BUILD || options->start == SIG_K_MEDOIDS_CENTRAL;
-  start_search(search, is_fixed && i_start > 0 ? SIG_K_MEDOIDS_RANDOM : options->start, &state);
+  if (options->start == SIG_K_MEDOIDS_BUILD && i_start == 0)
+    start_with_build(search);
+  else
+    start_at_random(search, &state);
   /* Starts with the same order of candidates would often give the same result. */
   fill_pool(search);
   if (i_start > 0) draw_to_front(search->pool, search->n, search->n, &state);
-  if (options->method == SIG_K_MEDOIDS_FASTER_PAM)
-    run_faster_pam(search);
-  else
-    run_alternating(search);
+  exchange_medoids(search);
   return assign(search);
 }
 

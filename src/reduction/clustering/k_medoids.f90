@@ -9,23 +9,18 @@ module sig_k_medoids
   implicit none(type, external)
   private
   public :: medoids_t, k_medoids_options_t, find_medoids, choose_n_clusters, merge_cluster
-  public :: method_alternating, method_faster_pam, start_build, start_central, start_lab, start_random
+  public :: start_build, start_random
 
   integer(c_int), parameter :: k_medoids_ok = 0
   integer(c_int), parameter :: k_medoids_bad_count = 2
   integer(c_int), parameter :: k_medoids_bad_dissimilarity = 3
 
-  !> the values of method and start
-  integer(c_int), parameter :: method_faster_pam = 0
-  integer(c_int), parameter :: method_alternating = 1
+  !> the values of start
   integer(c_int), parameter :: start_build = 0
   integer(c_int), parameter :: start_random = 1
-  integer(c_int), parameter :: start_lab = 2
-  integer(c_int), parameter :: start_central = 3
 
   !> How to look for medoids: sig_k_medoids_options of the header.
   type, bind(c) :: k_medoids_options_t
-    integer(c_int) :: method = method_faster_pam
     integer(c_int) :: start = start_build
     !> number of starts, of which the best is taken
     integer(c_int) :: n_starts = 10

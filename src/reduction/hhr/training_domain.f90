@@ -48,13 +48,11 @@ contains
     dual_rows = problem%rows%select(deim_rows(dual_modes))
     contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
     seeds = [nodes_of_dofs(deim_rows(modes), problem%mesh%n_dim), contact_nodes, moved_nodes, zone]
-    associate (is_joined => problem%deck%reduction%unpaired_nodes == 'join')
-      call build_reduced_domain(problem%mesh, problem%rows, seeds, is_joined, domain)
-      dual_rows = problem%rows%select(lacking_rows(problem, snapshots, contact_values, domain))
-      if (dual_rows%n_rows == 0) return
-      contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
-      call build_reduced_domain(problem%mesh, problem%rows, [seeds, contact_nodes], is_joined, domain)
-    end associate
+    call build_reduced_domain(problem%mesh, problem%rows, seeds, domain)
+    dual_rows = problem%rows%select(lacking_rows(problem, snapshots, contact_values, domain))
+    if (dual_rows%n_rows == 0) return
+    contact_nodes = nodes_of_dofs(dual_rows%dofs, problem%mesh%n_dim)
+    call build_reduced_domain(problem%mesh, problem%rows, [seeds, contact_nodes], domain)
   end subroutine choose_domain
 
   !> Returns the contact rows that must be added to a domain.
