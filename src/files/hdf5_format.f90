@@ -31,9 +31,9 @@ contains
     !> version of the program that computed the content
     character(*), intent(in) :: code_version
 
-    call file%write_attribute('/', 'format', trim(format%name))
-    call file%write_attribute('/', 'format_version', version)
-    call file%write_attribute('/', 'code_version', code_version)
+    call file%write('/@format', trim(format%name))
+    call file%write('/@format_version', version)
+    call file%write('/@code_version', code_version)
   end subroutine write_format
 
   !> Opens an HDF5 file that has a seal (sig_file_seal). The seal is checked first, so that HDF5 does not read a file that was cut
@@ -79,9 +79,9 @@ contains
     version = 0
     found = ''
     if (allocated(error)) return
-    if (file%has_attribute('/', 'format')) call file%read_attribute('/', 'format', found, error)
+    if (file%has('/@format')) call file%read('/@format', found, error)
     if (allocated(error)) return
-    if (found == format%name) call file%read_attribute('/', 'format_version', version, error)
+    if (found == format%name) call file%read('/@format_version', version, error)
     if (allocated(error)) return
     if (found == '') then
       call make_error(error, 'this HDF5 file is no ' // trim(format%name), path, hint=trim(format%hint))

@@ -17,9 +17,9 @@ module sig_hdf5_reader
   !> A file that is read.
   !>
   !> `read(name, value, error)` reads the dataset `name`. The value is real of rank 0 to 3, real in single precision (sk) of rank 1,
-  !> integer of rank 0 to 2, a text or a list of texts (string_t); arrays and texts are allocatable. `read_attribute(object, name,
-  !> value, error)` reads an attribute of a group or dataset: a text, integer, real, list of reals or of texts. Integers in the file
-  !> may be read as reals.
+  !> integer of rank 0 to 2, a text or a list of texts (string_t); arrays and texts are allocatable. A name with @, as
+  !> `object@name`, is that of an attribute of a group or dataset: a text, integer, real, list of reals or of texts. Integers in the
+  !> file may be read as reals.
   !>
   !> Errors: those of find_shape and read_array in sig_hdf5_access. Then the value is zero or empty, or, if the array
   !> was found, not defined. If `error` is allocated before, nothing is read; so a caller needs one check after several reads.
@@ -32,20 +32,15 @@ module sig_hdf5_reader
     procedure :: open_image
     procedure :: close => close_file
     procedure :: has
-    procedure :: has_attribute
     procedure :: count_groups
     procedure :: all_groups
     procedure :: get_shape
     procedure :: read_block
     generic :: read => read_real, read_real_1, read_real_2, read_real_3, read_single_1, read_integer, read_integer_1, &
       read_integer_2, read_text, read_text_1
-    generic :: read_attribute => read_real_attribute, read_real_1_attribute, read_integer_attribute, &
-      read_text_attribute, read_text_1_attribute
     procedure, private :: read_real, read_real_1, read_real_2, read_real_3, read_single_1, read_integer, read_integer_1
     procedure, private :: read_integer_2
     procedure, private :: read_text, read_text_1
-    procedure, private :: read_real_attribute, read_real_1_attribute, read_integer_attribute
-    procedure, private :: read_text_attribute, read_text_1_attribute
     final :: finalize
   end type h5_reader_t
 
@@ -119,16 +114,6 @@ contains
     has = .false.
     if (c_associated(self%handle)) has = sig_h5_has(self%handle, name, len(name, c_size_t)) == 1
   end function has
-
-  !> Whether a group or dataset has an attribute of this name. True, too, where the object is a link or damaged; false if no file is
-  !> open.
-  logical function has_attribute(self, object, name)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-
-    has_attribute = self%has(object // '@' // name)
-  end function has_attribute
 
   !> Returns how many of the groups name/1, name/2, ..., name/n exist before the first one that is missing: n if all exist, 0 for
   !> n < 0. Whatever `has` finds counts as a group. So a caller can check an n that it has read from a file.
@@ -324,56 +309,6 @@ contains
 
     call get_texts(self, name, 1, value, error)
   end subroutine read_text_1
-
-  subroutine read_real_attribute(self, object, name, value, error)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    real(rk), intent(out) :: value
-    type(error_t), allocatable, intent(inout) :: error
-
-    call read_real(self, object // '@' // name, value, error)
-  end subroutine read_real_attribute
-
-  subroutine read_real_1_attribute(self, object, name, value, error)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    real(rk), allocatable, intent(out) :: value(:)
-    type(error_t), allocatable, intent(inout) :: error
-
-    call read_real_1(self, object // '@' // name, value, error)
-  end subroutine read_real_1_attribute
-
-  subroutine read_integer_attribute(self, object, name, value, error)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    integer, intent(out) :: value
-    type(error_t), allocatable, intent(inout) :: error
-
-    call read_integer(self, object // '@' // name, value, error)
-  end subroutine read_integer_attribute
-
-  subroutine read_text_attribute(self, object, name, value, error)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    character(:), allocatable, intent(out) :: value
-    type(error_t), allocatable, intent(inout) :: error
-
-    call read_text(self, object // '@' // name, value, error)
-  end subroutine read_text_attribute
-
-  subroutine read_text_1_attribute(self, object, name, value, error)
-    class(h5_reader_t), intent(in) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    type(string_t), allocatable, intent(out) :: value(:)
-    type(error_t), allocatable, intent(inout) :: error
-
-    call get_texts(self, object // '@' // name, 1, value, error)
-  end subroutine read_text_1_attribute
 
   !> Returns the shape of an array that is to be read. After an error, also an earlier one, it is `rank` zeros, or empty if the rank
   !> is -1. Arguments and errors: those of find_shape; no file is open.

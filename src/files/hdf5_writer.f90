@@ -22,9 +22,9 @@ module sig_hdf5_writer
   !> write that fails, later writes do nothing, and close returns this first error. A file that is never closed is removed.
   !>
   !> `write(name, value [, unit, description])` writes a dataset and makes the groups in its name. The value is real of rank 0 to 3,
-  !> real in single precision (sk) of rank 1, integer of rank 0 to 2, a text or a list of texts (string_t).
-  !> `write_attribute(object, name, value)` writes an attribute: a text, integer, real, list of reals or of texts. An object that is
-  !> missing becomes a group; '/' is the file itself.
+  !> real in single precision (sk) of rank 1, integer of rank 0 to 2, a text or a list of texts (string_t). A name with @, as
+  !> `object@name`, is that of an attribute of a group or dataset: a number, a list or a text, without unit and description. An
+  !> object that is missing becomes a group; '/' is the file itself.
   type :: h5_writer_t
     private
     type(c_ptr) :: handle = c_null_ptr
@@ -41,12 +41,8 @@ module sig_hdf5_writer
     generic :: write => write_real, write_real_1, write_real_2, write_real_3, write_single_1, write_integer, &
       write_integer_1, write_integer_2, write_text, write_text_1
     procedure :: write_columns => write_real_columns
-    generic :: write_attribute => write_real_attribute, write_real_1_attribute, write_integer_attribute, &
-      write_text_attribute, write_text_1_attribute
     procedure, private :: write_real, write_real_1, write_real_2, write_real_3, write_single_1, write_integer, write_integer_1
     procedure, private :: write_integer_2, write_text, write_text_1
-    procedure, private :: write_real_attribute, write_real_1_attribute, write_integer_attribute
-    procedure, private :: write_text_attribute, write_text_1_attribute
     final :: finalize
   end type h5_writer_t
 
@@ -304,51 +300,6 @@ contains
 
     call put_texts(self, name, value, .false., unit, description)
   end subroutine write_text_1
-
-  subroutine write_real_attribute(self, object, name, value)
-    class(h5_writer_t), intent(inout) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    real(rk), intent(in) :: value
-
-    call put(self, object // '@' // name, real_type, [integer ::], [value])
-  end subroutine write_real_attribute
-
-  subroutine write_real_1_attribute(self, object, name, value)
-    class(h5_writer_t), intent(inout) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    real(rk), intent(in) :: value(:)
-
-    call put(self, object // '@' // name, real_type, shape(value), value)
-  end subroutine write_real_1_attribute
-
-  subroutine write_integer_attribute(self, object, name, value)
-    class(h5_writer_t), intent(inout) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    integer, intent(in) :: value
-
-    call put(self, object // '@' // name, integer_type, [integer ::], [value])
-  end subroutine write_integer_attribute
-
-  subroutine write_text_attribute(self, object, name, value)
-    class(h5_writer_t), intent(inout) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    character(*), intent(in) :: value
-
-    call put_texts(self, object // '@' // name, list_of(value), .true.)
-  end subroutine write_text_attribute
-
-  subroutine write_text_1_attribute(self, object, name, value)
-    class(h5_writer_t), intent(inout) :: self
-    character(*), intent(in) :: object
-    character(*), intent(in) :: name
-    type(string_t), intent(in) :: value(:)
-
-    call put_texts(self, object // '@' // name, value, .false.)
-  end subroutine write_text_1_attribute
 
   !> Writes numbers, and as attributes unit and description if they are given. Keeps the first failure, and does nothing after it or
   !> without an open file.

@@ -120,7 +120,7 @@ contains
     call file%write(group // '/lift_columns', self%lift%columns, description='contact rows (1-based) of the entries')
     call file%write(group // '/lift_values', self%lift%values, force // '/' // length, &
       'stiffness against an opening of each contact by its own nodes alone')
-    call file%write_attribute(group, 'largest_size', self%largest_size)
+    call file%write(group // '@largest_size', self%largest_size)
   end subroutine write
 
   !> Reads the data from a group of a model file. Errors: a dataset or attribute is missing, or has another type or rank.
@@ -139,6 +139,6 @@ contains
     call file%read(group // '/lift_starts', self%lift%starts, error)
     call file%read(group // '/lift_columns', self%lift%columns, error)
     call file%read(group // '/lift_values', self%lift%values, error)
-    call file%read_attribute(group, 'largest_size', self%largest_size, error)
+    call file%read(group // '@largest_size', self%largest_size, error)
   end subroutine read
 end module sig_lifted_data

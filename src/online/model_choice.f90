@@ -112,8 +112,8 @@ contains
       call self%forest%read(file, '/choice/forest', path, error)
     end if
     if (.not. file%has('/choice')) return
-    call file%read_attribute('/choice', 'loss', self%loss, error)
-    call file%read_attribute('/choice', 'silhouette', self%silhouette, error)
+    call file%read('/choice@loss', self%loss, error)
+    call file%read('/choice@silhouette', self%silhouette, error)
   end subroutine read_choice
 
   !> Writes the choice to the group /choice; nothing if it is empty. A failure of the file is reported when the file is closed.
@@ -129,7 +129,7 @@ contains
     else
       return
     end if
-    call file%write_attribute('/choice', 'loss', self%loss)
-    call file%write_attribute('/choice', 'silhouette', self%silhouette)
+    call file%write('/choice@loss', self%loss)
+    call file%write('/choice@silhouette', self%silhouette)
   end subroutine write_choice
 end module sig_model_choice

@@ -54,7 +54,7 @@ contains
     call write_problem(file, whole)
     do i = 1, size(whole%parts)
       call whole%parts(i)%reduced%write(file, '/' // whole%group_of(i), whole%length_unit, whole%force_unit)
-      call file%write_attribute('/' // whole%group_of(i), 'kind', whole%parts(i)%reduced%kind())
+      call file%write('/' // whole%group_of(i) // '@kind', whole%parts(i)%reduced%kind())
     end do
     call whole%choice%write(file)
     call write_validation(file, whole%validation)
@@ -69,13 +69,13 @@ contains
     ! an earlier reader does not look for friction
     call write_format(file, model_format, merge(oldest_model_format, model_format_version, model%laws%is_plain()), &
       model%code_version)
-    call file%write_attribute('/', 'provenance', model%provenance)
-    call file%write_attribute('/', 'mesh_hash', model%mesh_hash)
-    call file%write_attribute('/', 'n_clusters', model%n_clusters())
-    call file%write_attribute('/', 'n_nodes', model%n_nodes)
-    call file%write_attribute('/', 'n_dofs', model%n_dofs)
-    call file%write_attribute('/', 'n_dim', model%n_dim)
-    call file%write_attribute('/', 'n_multipliers', model%n_multipliers)
+    call file%write('/@provenance', model%provenance)
+    call file%write('/@mesh_hash', model%mesh_hash)
+    call file%write('/@n_clusters', model%n_clusters())
+    call file%write('/@n_nodes', model%n_nodes)
+    call file%write('/@n_dofs', model%n_dofs)
+    call file%write('/@n_dim', model%n_dim)
+    call file%write('/@n_multipliers', model%n_multipliers)
   end subroutine write_header
 
   subroutine write_problem(file, model)
@@ -185,14 +185,14 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     integer :: n_clusters, n_found
 
-    call file%read_attribute('/', 'code_version', model%code_version, error)
-    call file%read_attribute('/', 'provenance', model%provenance, error)
-    call file%read_attribute('/', 'mesh_hash', model%mesh_hash, error)
-    call file%read_attribute('/', 'n_clusters', n_clusters, error)
-    call file%read_attribute('/', 'n_nodes', model%n_nodes, error)
-    call file%read_attribute('/', 'n_dofs', model%n_dofs, error)
-    call file%read_attribute('/', 'n_dim', model%n_dim, error)
-    call file%read_attribute('/', 'n_multipliers', model%n_multipliers, error)
+    call file%read('/@code_version', model%code_version, error)
+    call file%read('/@provenance', model%provenance, error)
+    call file%read('/@mesh_hash', model%mesh_hash, error)
+    call file%read('/@n_clusters', n_clusters, error)
+    call file%read('/@n_nodes', model%n_nodes, error)
+    call file%read('/@n_dofs', model%n_dofs, error)
+    call file%read('/@n_dim', model%n_dim, error)
+    call file%read('/@n_multipliers', model%n_multipliers, error)
     model%has_fallback = file%has('/fallback')
     n_found = file%count_groups('/clusters', n_clusters)
     allocate (model%parts(n_found + merge(1, 0, model%has_fallback)))
@@ -293,7 +293,7 @@ contains
 
     do i = 1, size(model%parts)
       group = '/' // model%group_of(i)
-      call file%read_attribute(group, 'kind', kind, error)
+      call file%read(group // '@kind', kind, error)
       if (allocated(error)) return
       call create_reduced(kind, model%parts(i)%reduced)
       if (.not. allocated(model%parts(i)%reduced)) then

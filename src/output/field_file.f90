@@ -88,9 +88,9 @@ contains
     call self%xdmf%add(xdmf_head())
     call self%file%create(path, error)
     if (allocated(error)) return
-    call self%file%write_attribute('/', 'format', 'signorom fields')
-    call self%file%write_attribute('/', 'code_version', code_version)
-    call self%file%write_attribute('/', 'format_version', format_version)
+    call self%file%write('/@format', 'signorom fields')
+    call self%file%write('/@code_version', code_version)
+    call self%file%write('/@format_version', format_version)
     call self%file%write('/mesh/coordinates', padded(mesh%coordinates, 3), length_unit, 'x, y, z of the nodes')
     call write_topology(mesh, self%file, self%mesh)
   end subroutine create
@@ -112,10 +112,10 @@ contains
     write (number, '(i0.4)') self%n_points
     self%group = '/points/' // trim(number)
     call start_grid(self, label)
-    call self%file%write_attribute(self%group, 'label', label)
-    call self%file%write_attribute(self%group, 'parameter_names', self%parameter_names)
-    call self%file%write_attribute(self%group, 'parameter_units', self%parameter_units)
-    call self%file%write_attribute(self%group, 'parameters', parameters)
+    call self%file%write(self%group // '@label', label)
+    call self%file%write(self%group // '@parameter_names', self%parameter_names)
+    call self%file%write(self%group // '@parameter_units', self%parameter_units)
+    call self%file%write(self%group // '@parameters', parameters)
     do i = 1, size(parameters)
       call note_number(self, self%parameter_names(i)%text, parameters(i), self%parameter_units(i)%text)
     end do
@@ -274,7 +274,7 @@ contains
     case (4, 6)
       n_components = 6
       call self%add_array(name, padded(values, n_components), unit, description)
-      call self%file%write_attribute(self%group // '/' // name, 'components', 'xx, yy, zz, xy, yz, xz')
+      call self%file%write(self%group // '/' // name // '@components', 'xx, yy, zz, xy, yz, xz')
     case default
       n_components = size(values, 1)
       call self%add_array(name, values, unit, description)

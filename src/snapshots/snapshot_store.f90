@@ -182,10 +182,10 @@ contains
     call file%create(path, error, is_sealed=.true.)
     if (allocated(error)) return
     call write_format(file, snapshots_format, snapshots_format%newest, code_version)
-    call file%write_attribute('/', 'provenance', study%provenance)
+    call file%write('/@provenance', study%provenance)
     call file%write('/parameter_names', study%parameter_names, description='in the order of the columns of parameters')
     call write_fields(file, records, size(study%parameter_names), length_unit, multiplier_unit)
-    call file%write_attribute('/parameters', 'units', parameter_units)
+    call file%write('/parameters@units', parameter_units)
     call file%write('/iterations', records%n_iterations, description='iterations of the contact solver')
     call file%write('/reasons', records%reason, description='> 0 solved, < 0 failed')
     call file%write('/seconds', records%seconds, 's', 'wall time of the solution')
@@ -341,7 +341,7 @@ contains
     type(error_t), allocatable, intent(inout) :: error
     character(:), allocatable :: text
 
-    call file%read_attribute('/', 'provenance', text, error)
+    call file%read('/@provenance', text, error)
     if (allocated(error)) return
     set%provenance = text
     if (provenance /= '' .and. set%provenance /= provenance) then

@@ -8,7 +8,7 @@ module sig_linear_interpolant
   use petsc
   implicit none(type, external)
   private
-  public :: set_linear_interpolant, number_corners
+  public :: set_linear_interpolant
 
   ! include/signorom/quadratic_levels.h describes this procedure in C.
   interface

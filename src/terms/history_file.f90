@@ -25,7 +25,7 @@ contains
     if (.not. history%is_there()) return
     call file%write(group // '/times', history%times, history%unit, 'times of the states of a history')
     call file%write(group // '/unit', history%unit)
-    call file%write_attribute(group, 'n_tables', size(history%tables))
+    call file%write(group // '@n_tables', size(history%tables))
     do i = 1, size(history%tables)
       associate (table => history%tables(i), place => group // '/tables/' // to_text(i))
         call file%write(place // '/name', table%name)
@@ -49,7 +49,7 @@ contains
     if (.not. file%has(group)) return
     call file%read(group // '/times', history%times, error)
     call file%read(group // '/unit', history%unit, error)
-    call file%read_attribute(group, 'n_tables', n_tables, error)
+    call file%read(group // '@n_tables', n_tables, error)
     if (allocated(error)) return
     deallocate (history%tables)
     ! a number in the file may have any value

@@ -25,8 +25,8 @@ contains
 
     call file%write(group // '/names', terms%names, description='what each term is; the values of the terms are theta')
     call file%write(group // '/coordinate_names', terms%coordinate_names)
-    call file%write_attribute(group, 'is_round', merge(1, 0, terms%is_round))
-    call file%write_attribute(group, 'n_sources', size(terms%sources))
+    call file%write(group // '@is_round', merge(1, 0, terms%is_round))
+    call file%write(group // '@n_sources', size(terms%sources))
     do i = 1, size(terms%sources)
       call write_source(file, group // '/sources/' // to_text(i), terms%sources(i), length)
     end do
@@ -47,10 +47,10 @@ contains
     call file%write(group // '/orientations', source%orientations, &
       description='of each facet: +1 if the order of its nodes gives the outward normal, else -1')
     call file%write(group // '/dof_terms', source%dof_terms, description='terms of the nodal forces, 0 = none, a place per row')
-    call file%write_attribute(group, 'kind', source%kind)
-    call file%write_attribute(group, 'component', source%component)
-    call file%write_attribute(group, 'axis', source%axis)
-    call file%write_attribute(group, 'is_cut', merge(1, 0, source%is_cut))
+    call file%write(group // '@kind', source%kind)
+    call file%write(group // '@component', source%component)
+    call file%write(group // '@axis', source%axis)
+    call file%write(group // '@is_cut', merge(1, 0, source%is_cut))
   end subroutine write_source
 
   !> Reads a term set. Indices in it are not checked here (are_sound_terms). If `error` is allocated before, nothing is read.
@@ -72,8 +72,8 @@ contains
 
     call file%read(group // '/names', names, error)
     call file%read(group // '/coordinate_names', coordinate_names, error)
-    call file%read_attribute(group, 'is_round', is_round, error)
-    call file%read_attribute(group, 'n_sources', n_sources, error)
+    call file%read(group // '@is_round', is_round, error)
+    call file%read(group // '@n_sources', n_sources, error)
     call start_terms(parameter_names, coordinate_names, is_round == 1, terms)
     if (allocated(error)) return
     terms%names = names
@@ -102,10 +102,10 @@ contains
     call file%read(group // '/facets', source%facets, error)
     call file%read(group // '/orientations', source%orientations, error)
     call file%read(group // '/dof_terms', source%dof_terms, error)
-    call file%read_attribute(group, 'kind', source%kind, error)
-    call file%read_attribute(group, 'component', source%component, error)
-    call file%read_attribute(group, 'axis', source%axis, error)
-    call file%read_attribute(group, 'is_cut', is_cut, error)
+    call file%read(group // '@kind', source%kind, error)
+    call file%read(group // '@component', source%component, error)
+    call file%read(group // '@axis', source%axis, error)
+    call file%read(group // '@is_cut', is_cut, error)
     source%is_cut = is_cut == 1
   end subroutine read_source
 end module sig_term_file

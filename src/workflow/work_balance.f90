@@ -27,7 +27,7 @@ module sig_work_balance
   use sig_text, only: to_text
   implicit none(type, external)
   private
-  public :: work_end_t, work_of_step_t, balance_step, report_work
+  public :: report_work
 
   !> One end of a step.
   type :: work_end_t
