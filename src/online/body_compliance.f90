@@ -32,8 +32,8 @@ module sig_body_compliance
     procedure :: evaluate
     procedure :: matrix
     procedure :: change_openings
-    procedure :: fill_field
-    procedure :: field_of_dof
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
     procedure :: complete_gradient
     procedure :: change_field
     procedure :: anchor_motion
@@ -228,7 +228,7 @@ contains
     if (allocated(self%modes)) n_modes = sum([(self%modes(i)%n_modes(), i=1, size(self%modes))])
   end function n_modes
 
-  subroutine fill_field(self, answer, displacement)
+  subroutine fill_displacement(self, answer, displacement)
     class(body_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
@@ -247,7 +247,7 @@ contains
     call fill_exact(self, answer%theta, self%with_closed_anchors(answer%unknowns), exact)
     if (size(moves) > 0) call multiply(1.0_rk, self%anchor_motions, moves, 1.0_rk, exact)
     displacement(self%exact_dofs) = exact
-  end subroutine fill_field
+  end subroutine fill_displacement
 
   !> Computes the displacement of the exact dofs, in the order of exact_dofs, without the rigid motions of the anchors.
   subroutine fill_exact(self, theta, forces, displacement)
@@ -270,7 +270,7 @@ contains
     end do
   end subroutine fill_exact
 
-  pure real(rk) function field_of_dof(self, answer, dof) result(displacement)
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(body_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
@@ -290,7 +290,7 @@ contains
     else
       displacement = ieee_value(1.0_rk, ieee_quiet_nan)
     end if
-  end function field_of_dof
+  end function displacement_of_dof
 
   !> Returns the displacement [length] of one dof by modes, without the rigid motions of the anchors. It is linear in the terms and
   !> in the coordinates, so that their changes give its change.

@@ -66,15 +66,12 @@ module sig_compliance
     !> [sqrt(force*length)] largest size of the displacement in training, in the norm of the stiffness
     real(rk) :: largest_field = 0
   contains
-    procedure(size_of), deferred :: n_rows
     procedure(has_it), deferred :: has_modes
     procedure(has_it), deferred :: is_fixed
     procedure(evaluate_at), deferred :: evaluate
     procedure(matrix_at), deferred :: matrix
     procedure(terms_at), deferred :: opening_terms
     procedure(change_at), deferred :: change_openings
-    procedure(fill_at), deferred :: fill_field
-    procedure(value_at), deferred :: field_of_dof
     procedure(change_field_at), deferred :: change_field
     procedure(size_at), deferred :: size_of_field
     procedure(size_at), deferred :: field_error
@@ -114,13 +111,6 @@ module sig_compliance
   end type compliance_t
 
   abstract interface
-    !> Returns the number of contact rows; anchors count, too.
-    pure integer function size_of(self)
-      import :: compliance_t
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-    end function size_of
-
     !> `has_modes`: whether something gives the displacement of the dofs that are not exact. `is_fixed`: whether W is the same at
     !> all points, so that its factors and transforms may be kept.
     pure logical function has_it(self)
@@ -176,26 +166,6 @@ module sig_compliance
       !> [length] shape (n_rows)
       real(rk), contiguous, intent(inout) :: changes(:)
     end subroutine change_at
-
-    !> Computes the displacement of all dofs; it is NaN for dofs of which there is none.
-    subroutine fill_at(self, answer, displacement)
-      import :: answer_t, compliance_t, rk
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      type(answer_t), intent(in) :: answer
-      !> [length] shape (n_dofs)
-      real(rk), contiguous, intent(inout) :: displacement(:)
-    end subroutine fill_at
-
-    !> Returns the displacement [length] of one dof, without a temporary array; NaN if there is none of this dof.
-    pure real(rk) function value_at(self, answer, dof)
-      import :: answer_t, compliance_t, rk
-      implicit none(type, external)
-      class(compliance_t), intent(in) :: self
-      type(answer_t), intent(in) :: answer
-      !> 1-based
-      integer, intent(in) :: dof
-    end function value_at
 
     !> Computes the derivatives of the displacement of the given dofs with respect to one parameter; NaN for dofs without one.
     subroutine change_field_at(self, answer, gradient, i_parameter, dofs, changes)

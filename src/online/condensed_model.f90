@@ -504,7 +504,7 @@ contains
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
 
-    call self%compliance%fill_field(answer, displacement)
+    call self%compliance%fill_displacement(answer, displacement)
   end subroutine fill_displacement
 
   !> Returns the displacement [length] of one dof, 1-based; NaN if there is none of this dof.
@@ -513,7 +513,7 @@ contains
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
-    displacement = self%compliance%field_of_dof(answer, dof)
+    displacement = self%compliance%displacement_of_dof(answer, dof)
   end function displacement_of_dof
 
   !> Returns the numbers 1, 2, ..., n_rows: the part gives the forces of all contact rows of the model.

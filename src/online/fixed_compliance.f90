@@ -64,8 +64,8 @@ module sig_fixed_compliance
     procedure :: opening_terms
     procedure :: drop_rounding
     procedure :: change_openings
-    procedure :: fill_field
-    procedure :: field_of_dof
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
     procedure :: displace
     procedure :: displacement_of
     procedure :: change_field
@@ -290,13 +290,13 @@ contains
     call round_work(self%anchors, matmul(abs(self%free_opening(self%anchors, :)), abs(theta_change)), changes)
   end subroutine change_openings
 
-  subroutine fill_field(self, answer, displacement)
+  subroutine fill_displacement(self, answer, displacement)
     class(fixed_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
 
     call self%displace(answer%theta, answer%unknowns, displacement)
-  end subroutine fill_field
+  end subroutine fill_displacement
 
   !> Computes u = G theta - H z of all dofs; NaN for dofs of which there is none. It is linear in theta and z, so that their changes
   !> give its change.
@@ -324,13 +324,13 @@ contains
     displacement(self%exact_dofs) = exact
   end subroutine displace
 
-  pure real(rk) function field_of_dof(self, answer, dof) result(displacement)
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(fixed_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
 
     displacement = self%displacement_of(answer%theta, answer%unknowns, dof)
-  end function field_of_dof
+  end function displacement_of_dof
 
   !> As displace, for one dof.
   pure real(rk) function displacement_of(self, theta, unknowns, dof) result(displacement)

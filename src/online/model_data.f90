@@ -1,11 +1,13 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> What all data have that come in several kinds and that a model file keeps in a group of their own: reduced models, and where a
-!> condensed one has its compliance from.
+!> condensed one has its compliance from. They have contact rows, and say what displacement belongs to an answer.
 module sig_model_data
+  use sig_answer, only: answer_t
   use sig_contact_laws, only: contact_laws_t
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
   use sig_hdf5_writer, only: h5_writer_t
+  use sig_kinds, only: rk
   implicit none(type, external)
   private
   public :: model_data_t, model_sizes_t
@@ -29,6 +31,9 @@ module sig_model_data
     procedure(write_to), deferred :: write
     procedure(read_from), deferred :: read
     procedure(text_of), deferred :: describe
+    procedure(size_of), deferred :: n_rows
+    procedure(fill_all), deferred :: fill_displacement
+    procedure(dof_value), deferred :: displacement_of_dof
   end type model_data_t
 
   abstract interface
@@ -79,5 +84,32 @@ module sig_model_data
       character(*), intent(in) :: group
       type(error_t), allocatable, intent(inout) :: error
     end subroutine read_from
+
+    !> Returns the number of contact rows whose forces an answer has without reconstruction; anchors count, too.
+    pure integer function size_of(self)
+      import :: model_data_t
+      implicit none(type, external)
+      class(model_data_t), intent(in) :: self
+    end function size_of
+
+    !> Computes the displacement of all dofs; it is NaN for dofs of which there is none.
+    subroutine fill_all(self, answer, displacement)
+      import :: answer_t, model_data_t, rk
+      implicit none(type, external)
+      class(model_data_t), intent(in) :: self
+      type(answer_t), intent(in) :: answer
+      !> [length] shape (n_dofs)
+      real(rk), contiguous, intent(inout) :: displacement(:)
+    end subroutine fill_all
+
+    !> Returns the displacement [length] of one dof, without a temporary array; NaN if there is none of this dof.
+    pure real(rk) function dof_value(self, answer, dof)
+      import :: answer_t, model_data_t, rk
+      implicit none(type, external)
+      class(model_data_t), intent(in) :: self
+      type(answer_t), intent(in) :: answer
+      !> 1-based
+      integer, intent(in) :: dof
+    end function dof_value
   end interface
 end module sig_model_data

@@ -33,10 +33,7 @@ module sig_reduced
     procedure(make_room), deferred :: create_room
     procedure(solve_at), deferred :: solve
     procedure(fill_forces), deferred :: fill_multipliers
-    procedure(fill_field), deferred :: fill_displacement
-    procedure(dof_value), deferred :: displacement_of_dof
     procedure(index_list), deferred :: contact_rows
-    procedure(size_of), deferred :: n_rows
     procedure(size_of), deferred :: n_modes
     procedure, non_overridable :: ask
     ! functions that a kind may offer in addition
@@ -121,26 +118,6 @@ module sig_reduced
       real(rk), intent(out) :: multipliers(:)
     end subroutine fill_forces
 
-    !> Computes the displacement of all dofs; it is NaN where displacement_source is displacement_none.
-    subroutine fill_field(self, answer, displacement)
-      import :: answer_t, reduced_t, rk
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      type(answer_t), intent(in) :: answer
-      !> [length] shape (n_dofs)
-      real(rk), contiguous, intent(inout) :: displacement(:)
-    end subroutine fill_field
-
-    !> Returns the displacement [length] of one dof, without a temporary array; NaN if displacement_source is displacement_none.
-    pure real(rk) function dof_value(self, answer, dof)
-      import :: answer_t, reduced_t, rk
-      implicit none(type, external)
-      class(reduced_t), intent(in) :: self
-      type(answer_t), intent(in) :: answer
-      !> 1-based
-      integer, intent(in) :: dof
-    end function dof_value
-
     !> Returns the contact rows whose forces the part gives without reconstruction, 1-based among those of the model.
     pure function index_list(self) result(numbers)
       import :: reduced_t
@@ -149,7 +126,7 @@ module sig_reduced
       integer, allocatable :: numbers(:)
     end function index_list
 
-    !> Returns the number of contact_rows (n_rows), or of the mode coordinates in an answer of the part (n_modes).
+    !> Returns the number of the mode coordinates in an answer of the part.
     pure integer function size_of(self)
       import :: reduced_t
       implicit none(type, external)

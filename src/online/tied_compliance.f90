@@ -68,8 +68,8 @@ module sig_tied_compliance
     procedure :: opening_terms
     procedure :: drop_rounding
     procedure :: change_openings
-    procedure :: fill_field
-    procedure :: field_of_dof
+    procedure :: fill_displacement
+    procedure :: displacement_of_dof
     procedure :: change_field
     procedure :: size_of_field
     procedure :: field_error
@@ -398,7 +398,7 @@ contains
   end subroutine change_openings
 
   !> It is NaN for all dofs without an answer.
-  subroutine fill_field(self, answer, displacement)
+  subroutine fill_displacement(self, answer, displacement)
     class(tied_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     real(rk), contiguous, intent(inout) :: displacement(:)
@@ -408,9 +408,9 @@ contains
     associate (cluster => self%clusters(answer%row_cluster))
       call cluster%inner%displace(answer%theta, answer%unknowns(:size(cluster%changing)), displacement)
     end associate
-  end subroutine fill_field
+  end subroutine fill_displacement
 
-  pure real(rk) function field_of_dof(self, answer, dof) result(displacement)
+  pure real(rk) function displacement_of_dof(self, answer, dof) result(displacement)
     class(tied_compliance_t), intent(in) :: self
     type(answer_t), intent(in) :: answer
     integer, intent(in) :: dof
@@ -420,7 +420,7 @@ contains
     associate (cluster => self%clusters(answer%row_cluster))
       displacement = cluster%inner%displacement_of(answer%theta, answer%unknowns(:size(cluster%changing)), dof)
     end associate
-  end function field_of_dof
+  end function displacement_of_dof
 
   subroutine change_field(self, answer, gradient, i_parameter, dofs, changes)
     class(tied_compliance_t), intent(in) :: self
