@@ -98,9 +98,7 @@ def test_solve(signorom, tmp_path):
     printed = signorom("check", deck, folder=tmp_path)
     assert f"materials yield or creep at {N_POINTS} integration points" in printed
     assert re.search(r"predicted, roughly: sampling of 16 states: 0\.\d+ s, \d+ MB", printed)
-    assert re.search(
-        r"predicted: memory for training: \d+ MB; model file of about \d+ MB or less", printed
-    )
+    assert re.search(r"predicted: memory for training: \d+ MB; model file of about \d+ MB or less", printed)
     signorom("solve", deck, folder=tmp_path)
     results = tmp_path / "results" / "part"
     report = yaml.safe_load((results / "report.yaml").read_text())

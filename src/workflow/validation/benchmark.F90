@@ -24,7 +24,7 @@ module sig_benchmark
   type :: benchmark_t
     !> the benchmark was run
     logical :: is_done = .false.
-    !> [s] wall time of the active set method per point (median); 0 where it cannot solve the problem, because contacts have friction
+    !> [s] wall time of the active set method per point (median); 0 where contacts have friction, which it cannot solve
     real(rk) :: refactored_seconds = 0
     !> [s] wall time of a query (the largest mean of a rank)
     real(rk) :: query_seconds = 0
@@ -38,8 +38,8 @@ module sig_benchmark
 contains
 
   !> Measures the mean time of a query over all points (the largest of all ranks), and, without friction, the median time of the
-  !> active set method, which solves each point anew on the whole mesh, at up to 5 of the points. Collective on all ranks; the result
-  !> is the same on each. Requires: one point or more.
+  !> active set method, which solves each point anew on the whole mesh, at up to 5 of the points. Collective on all ranks; the
+  !> result is the same on each. Requires: one point or more.
   subroutine run_benchmark(problem, groups, online, query, points, benchmark, ierr)
     type(problem_t), intent(in) :: problem
     type(rank_groups_t), intent(in) :: groups

@@ -191,8 +191,8 @@ contains
   end function validation_warnings
 
   !> Adds the times [s] of a query and of a point by the refactoring active set method, and the speed-up of a query over two
-  !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method, unless
-  !> contacts have friction.
+  !> full-order solvers: the deck's solver, which is usually faster because it may solve many points at once, and this method,
+  !> unless contacts have friction.
   !> Requires: the benchmark is done.
   subroutine report_benchmark(solver_type, outcome, report)
     !> type of the deck's solver, for the key
