@@ -462,7 +462,8 @@ contains
   end subroutine find_amplitudes
 
   !> Goes along a step of Newton's method, as far as R * step does not rise above half of its size at the start. Without contact R
-  !> is the gradient of an energy, and this is its slope, which rises along the step. |R| may rise at first where the solution is far.
+  !> is the gradient of an energy, and this is its slope, which rises along the step. |R| may rise at first where the solution is
+  !> far.
   subroutine take_step(self, theta, room, step, residual, reason)
     class(inelastic_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
