@@ -100,6 +100,7 @@ contains
       allocate (self%askers(i)%counts(0:n_answer_methods), source=0)
       call self%askers(i)%query%create(online, message)
       if (allocated(message)) return
+      call self%askers(i)%query%leave_out_points()
     end do
   end subroutine create
 

@@ -38,6 +38,7 @@ contains
       call keep(handle%message, 'the model cannot answer: ' // message)
       return
     end if
+    if (len(handle%model%field_refusal) > 0) call handle%query%leave_out_points()
     handle%is_ready = .true.
     code = code_ok
   end function signorom_create_context

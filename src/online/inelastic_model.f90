@@ -8,9 +8,10 @@
 !> weights make it equal to the integral over all bodies that flow. For given a the contact problem has openings that are smaller
 !> by B U a, so that each step of Newton's method on a solves it exactly.
 !>
-!> Behind a step the laws are evaluated at all points with the strains of the answer. The openings that these inelastic strains
-!> cause, H' int B' s, give the forces of the answer; their difference from those before, over their size, is an estimate of the
-!> error of the forces before. It is no bound.
+!> Behind a step the laws are evaluated at more points, the check points, with the strains of the answer. The openings that these
+!> inelastic strains cause, H' int B' s, give the forces of the answer; their difference from those before, over their size, is an
+!> estimate of the error of the forces before. It is no bound. Only where a room has_points, for fields, are the laws evaluated at
+!> all points, too: that takes several times as long as all the rest.
 !>
 !> Both sets of contact forces have a history of their own, because contacts with friction remember.
 module sig_inelastic_model
@@ -56,8 +57,9 @@ module sig_inelastic_model
     type(flow_properties_t) :: properties
     !> factors of the imposed strains
     type(term_set_t) :: strain_terms
-    !> points that stand for all, and all points
+    !> few points that stand for all, more of them, and all points
     type(flow_points_t) :: chosen
+    type(flow_points_t) :: check
     type(flow_points_t) :: all
     !> [length/sqrt(force*length)] minus B U, shape (n_multipliers, n_modes), and U, shape (n_dofs, n_modes)
     real(rk), allocatable :: mode_openings(:, :)
@@ -110,10 +112,11 @@ module sig_inelastic_model
   end type chain_t
 
   type, extends(room_t) :: inelastic_room_t
-    !> contact for given amplitudes, and for the inelastic strains of all points
+    !> contact for given amplitudes, and for the inelastic strains of the check points
     type(chain_t) :: reduced
     type(chain_t) :: corrected
     type(flow_room_t) :: chosen
+    type(flow_room_t) :: check
     type(flow_room_t) :: all
     type(compiled_properties_t) :: properties
     type(term_values_t) :: strain_terms
@@ -163,6 +166,7 @@ contains
     if (self%strain_terms%n_terms() == 0) call start_terms(self%properties%names, [string_t ::], .false., self%strain_terms)
     n_modes = size(self%modes, 2)
     call self%chosen%complete(sizes%n_terms, sizes%n_multipliers, n_modes)
+    call self%check%complete(sizes%n_terms, sizes%n_multipliers, n_modes)
     call self%all%complete(sizes%n_terms, sizes%n_multipliers, n_modes)
   end subroutine complete
 
@@ -183,6 +187,8 @@ contains
       if (name == '') name = self%properties%mismatch(n)
       if (name == '' .and. .not. are_sound_terms(self%strain_terms, 3)) name = 'strain_terms'
       if (name == '') name = self%chosen%mismatch(n, size(self%properties%temperatures), &
+        self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
+      if (name == '') name = self%check%mismatch(n, size(self%properties%temperatures), &
         self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
       if (name == '') name = self%all%mismatch(n, size(self%properties%temperatures), &
         self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
@@ -250,6 +256,7 @@ contains
     call create_chain(self, own%reduced)
     call create_chain(self, own%corrected)
     call self%chosen%create_room(self%laws, own%chosen)
+    call self%check%create_room(self%laws, own%check)
     call self%all%create_room(self%laws, own%all)
     call self%properties%compile(own%properties, message)
     call own%strain_terms%create(self%strain_terms, message)
@@ -291,6 +298,7 @@ contains
       call self%contact%forget(room%reduced%room)
       call self%contact%forget(room%corrected%room)
       room%chosen%old_states = 0
+      room%check%old_states = 0
       room%all%old_states = 0
       room%old_amplitudes = 0
     end select
@@ -313,7 +321,8 @@ contains
   pure integer function n_remembered(self) result(n)
     class(inelastic_model_t), intent(in) :: self
 
-    n = 2 * self%contact%n_remembered() + self%n_modes() + most_states(self%laws) * (self%chosen%n_points() + self%all%n_points())
+    n = 2 * self%contact%n_remembered() + self%n_modes() + most_states(self%laws) * (self%chosen%n_points() + &
+      self%check%n_points() + self%all%n_points())
   end function n_remembered
 
   pure integer function n_flow_points(self) result(n)
@@ -333,7 +342,7 @@ contains
       n = self%contact%n_remembered()
       call self%contact%save_memory(room%reduced%room, numbers(:n))
       call self%contact%save_memory(room%corrected%room, numbers(n + 1:2 * n))
-      numbers(2 * n + 1:) = [room%old_amplitudes, room%chosen%old_states, room%all%old_states]
+      numbers(2 * n + 1:) = [room%old_amplitudes, room%chosen%old_states, room%check%old_states, room%all%old_states]
     end select
   end subroutine save_memory
 
@@ -356,10 +365,21 @@ contains
       is_valid = is_valid .and. is_other
       first = 2 * n + self%n_modes()
       room%old_amplitudes = numbers(2 * n + 1:first)
-      n = size(room%chosen%old_states)
-      room%chosen%old_states = reshape(numbers(first + 1:first + n), shape(room%chosen%old_states))
-      room%all%old_states = reshape(numbers(first + n + 1:), shape(room%all%old_states))
+      call take_states(room%chosen)
+      call take_states(room%check)
+      call take_states(room%all)
     end select
+
+  contains
+
+    !> Takes the states of points from the numbers behind `first`.
+    subroutine take_states(points)
+      type(flow_room_t), intent(inout) :: points
+
+      n = size(points%old_states)
+      points%old_states = reshape(numbers(first + 1:first + n), shape(points%old_states))
+      first = first + n
+    end subroutine take_states
   end subroutine restore_memory
 
   !> Solves the next step of the history in the room. Requires: begin_step. Arguments: solve_at in sig_reduced; no judge is asked.
@@ -381,8 +401,12 @@ contains
       call start_chain(self, theta, room%reduced)
       call start_chain(self, theta, room%corrected)
       call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
-      call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
-      answer%flaw = self%all%find_flaw(self%laws, room%all)
+      call room%properties%evaluate(room%state, self%check%materials, self%check%temperatures, room%check%properties)
+      answer%flaw = self%check%find_flaw(self%laws, room%check)
+      if (room%has_points) then
+        call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
+        answer%flaw = self%all%find_flaw(self%laws, room%all)
+      end if
       answer%reason = reason_bad_property
       if (answer%flaw(1) > 0) return
       call find_amplitudes(self, theta, room, answer%n_iterations, reason)
@@ -392,7 +416,8 @@ contains
       call take_answer(self, room, answer)
       room%old_amplitudes = room%amplitudes
       room%chosen%old_states = room%chosen%states
-      room%all%old_states = room%all%states
+      room%check%old_states = room%check%states
+      if (room%has_points) room%all%old_states = room%all%states
     end select
   end subroutine solve
 
@@ -535,7 +560,8 @@ contains
     if (is_found) step = -lu%solve(residual)
   end subroutine find_step
 
-  !> Evaluates the laws at all points, and solves for the contact forces under the inelastic strains of these points.
+  !> Evaluates the laws at more points, and solves for the contact forces under the inelastic strains of these. Where the states of
+  !> all points are wanted, it finds these, too.
   subroutine correct(self, theta, room, reason)
     class(inelastic_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -543,15 +569,30 @@ contains
     integer, intent(out) :: reason
     logical :: is_solved
 
-    call self%all%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, &
-      room%all, is_solved)
-    call self%all%work_on_contact(room%all, room%corrected%openings)
+    call update_points(self%check, room%check, is_solved)
+    call self%check%work_on_contact(room%check, room%corrected%openings)
     call solve_contact(self, room%corrected)
     reason = room%corrected%answer%reason
+    if (room%has_points .and. self%check%n_points() == self%all%n_points()) then
+      room%all%states = room%check%states
+    else if (is_solved .and. room%has_points) then
+      call update_points(self%all, room%all, is_solved)
+    end if
     if (.not. is_solved) reason = reason_no_material_answer
+
+  contains
+
+    subroutine update_points(points, of_points, is_solved)
+      type(flow_points_t), intent(in) :: points
+      type(flow_room_t), intent(inout) :: of_points
+      logical, intent(out) :: is_solved
+
+      call points%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, of_points, &
+        is_solved)
+    end subroutine update_points
   end subroutine correct
 
-  !> Copies the answer from the room: forces of the corrected contact, and amplitudes by the inelastic strains of all points.
+  !> Copies the answer from the room: forces of the corrected contact, and amplitudes by the check points.
   subroutine take_answer(self, room, answer)
     class(inelastic_model_t), intent(in) :: self
     type(inelastic_room_t), intent(inout) :: room
@@ -571,9 +612,13 @@ contains
       end if
       call answer%take_all_forces()
       answer%is_active = found%is_active
-      call self%all%work_on_modes(room%all, answer%coordinates)
-      if (self%has_law_besides('norton_creep')) answer%plastic = room%all%states([plastic_strains, plastic_strain_at], :)
-      if (self%has_law_besides('plasticity')) answer%creep = room%all%states([creep_strains, creep_strain_at], :)
+      call self%check%work_on_modes(room%check, answer%coordinates)
+      if (allocated(answer%plastic)) deallocate (answer%plastic)
+      if (allocated(answer%creep)) deallocate (answer%creep)
+      if (room%has_points) then
+        if (self%has_law_besides('norton_creep')) answer%plastic = room%all%states([plastic_strains, plastic_strain_at], :)
+        if (self%has_law_besides('plasticity')) answer%creep = room%all%states([creep_strains, creep_strain_at], :)
+      end if
       answer%error_estimate = norm2(found%multipliers - room%reduced%answer%multipliers)
       if (answer%error_estimate > 0) answer%error_estimate = answer%error_estimate / norm2(found%multipliers)
     end associate
@@ -661,6 +706,7 @@ contains
     call self%properties%write(file, group // '/properties')
     call write_terms(file, group // '/strain_terms', self%strain_terms, length)
     call self%chosen%write(file, group // '/chosen_points', length, force)
+    call self%check%write(file, group // '/check_points', length, force)
     call self%all%write(file, group // '/all_points', length, force)
     call file%write(group // '/mode_openings', self%mode_openings, length // '/sqrt(' // force // '*' // length // ')', &
       'opening of each contact by each inelastic mode, a mode per row')
@@ -687,6 +733,7 @@ contains
     if (allocated(error)) return
     call read_terms(file, group // '/strain_terms', '', self%properties%names, self%strain_terms, error)
     call self%chosen%read(file, group // '/chosen_points', error)
+    call self%check%read(file, group // '/check_points', error)
     call self%all%read(file, group // '/all_points', error)
     call file%read(group // '/mode_openings', self%mode_openings, error)
     call file%read(group // '/modes', self%modes, error)

@@ -39,6 +39,7 @@ module sig_query
     type(rooms_t) :: rooms
   contains
     procedure :: create
+    procedure :: leave_out_points
     procedure :: evaluate
     procedure :: continue
     procedure :: end_history
@@ -72,6 +73,14 @@ contains
       call self%rooms%enter(online%model, i)
     end do
   end subroutine create
+
+  !> Leaves the inelastic strains at integration points out of the answers: only fields need them, and where materials flow they
+  !> take most of the time. Requires: create, before the first answer.
+  subroutine leave_out_points(self)
+    class(query_t), intent(inout) :: self
+
+    call self%rooms%leave_out_points()
+  end subroutine leave_out_points
 
   !> Answers at one point, inside or outside of the trained box. The cluster answers; or the fallback, if the cluster has no answer
   !> or the relative bound of its answer exceeds the model's max_error. An answer without a bound is accepted, and any answer if

@@ -25,6 +25,8 @@ module sig_reduced
 
   !> Work arrays that a part needs to answer: one per thread, so that parts never change while they answer.
   type, abstract :: room_t
+    !> whether answers need inelastic strains at all integration points; the same over a history
+    logical :: has_points = .true.
   end type room_t
 
   type, abstract, extends(model_data_t) :: reduced_t

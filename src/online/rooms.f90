@@ -19,6 +19,7 @@ module sig_rooms
     procedure :: enter
     procedure :: begin_step
     procedure :: forget
+    procedure :: leave_out_points
     procedure :: save_memory
     procedure :: restore_memory
   end type rooms_t
@@ -62,6 +63,16 @@ contains
       call model%parts(i)%reduced%forget(self%of_part(i)%room)
     end do
   end subroutine forget
+
+  !> Leaves out inelastic strains at integration points. Requires: enter for all parts, before the first answer.
+  subroutine leave_out_points(self)
+    class(rooms_t), intent(inout) :: self
+    integer :: i
+
+    do i = 1, size(self%of_part)
+      self%of_part(i)%room%has_points = .false.
+    end do
+  end subroutine leave_out_points
 
   !> Gives what the next answer of a history depends on, for all parts (save_memory of sig_reduced).
   subroutine save_memory(self, model, numbers)

@@ -7,6 +7,7 @@
 !> that make their sums equal to those over all points.
 module sig_inelastic_training
   use sig_answer, only: answer_t
+  use sig_compliance, only: compliance_point_t
   use sig_condensed, only: condensed_t
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_training, only: train_condensed
@@ -21,7 +22,7 @@ module sig_inelastic_training
   use sig_imposed_strain, only: strain_field_t
   use sig_inelastic_model, only: inelastic_model_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: add_product, multiply, transposed_product, unit_vector
+  use sig_linear_algebra, only: add_product, lu_t, multiply, transposed_product, unit_vector
   use sig_log, only: log_info
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_cell_stiffness, only: cell_dofs
@@ -47,6 +48,8 @@ module sig_inelastic_training
   integer, parameter :: most_modes = 100
   !> [-] tolerances with which points are chosen (sig_point_choice), one after the other; 0 = all points
   real(rk), parameter :: tolerances(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 0.0_rk]
+  !> [-] tolerance of the points that correct
+  real(rk), parameter :: check_tolerance = 1.0e-5_rk
   !> [-] errors in training (measure_error) with which no further points are chosen, and for which not all points are taken; and by
   !> how much one error is much above another
   real(rk), parameter :: enough = 2.0e-3_rk, tolerable = 1.0e-2_rk, much_above = 1.5_rk
@@ -394,9 +397,11 @@ contains
     integer :: k
 
     call find_stresses(states, model, stresses)
+    allocate (shares(model%all%n_points(), size(tolerances)), source=1.0_rk)
+    call take_points(model%all, [real(rk) ::], model%check)
     call take_points(model%all, [real(rk) ::], model%chosen)
     call make_ready(problem, states, model)
-    allocate (shares(model%all%n_points(), size(tolerances)), source=1.0_rk)
+    call choose_check_points(stresses, model)
     errors = huge(errors)
     do k = 1, size(tolerances)
       if (tolerances(k) <= 0 .and. minval(errors) <= tolerable) exit
@@ -411,6 +416,39 @@ contains
     call report(model, errors(k))
   end subroutine reduce_points
 
+  !> Chooses the points that correct. Their sums are the openings that inelastic strains cause, and answers are sensitive to these:
+  !> so the sums count by the forces that would close them. Requires: make_ready.
+  subroutine choose_check_points(stresses, model)
+    real(rk), intent(in) :: stresses(:, :)
+    type(inelastic_model_t), target, intent(inout) :: model
+    type(compliance_point_t), target :: point
+    type(lu_t) :: lu
+    real(rk), pointer, contiguous :: compliance(:, :)
+    real(rk), allocatable :: of_closing(:, :), stiff(:, :)
+    real(rk) :: shares(model%all%n_points())
+    integer :: i
+
+    call model%contact%compliance%create_point(point)
+    compliance => model%contact%compliance%matrix(point)
+    stiff = compliance
+    associate (anchors => model%contact%compliance%anchors)
+      stiff(anchors, :) = 0
+      stiff(:, anchors) = 0
+      do i = 1, size(anchors)
+        stiff(anchors(i), anchors(i)) = 1
+      end do
+    end associate
+    call lu%factor(stiff)
+    shares = 1
+    if (.not. lu%is_singular) then
+      of_closing = transpose(lu%solve(transpose(model%all%of_contact)))
+      call choose_points(model%all, model%hooke, stresses, check_tolerance, shares, of_closing)
+    end if
+    ! more than half of the points are not worth their error
+    if (2 * count(shares > 0) > size(shares)) shares = 1
+    call take_points(model%all, shares, model%check)
+  end subroutine choose_check_points
+
   !> Says how many modes and points there are, and the error that they make.
   subroutine report(model, error)
     type(inelastic_model_t), intent(in) :: model
@@ -421,7 +459,8 @@ contains
     text = 'some states of the training have no answer'
     if (error < huge(error)) text = 'forces and amplitudes in training miss by at most ' // short_number(error)
     call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
-      ' of ' // counted(model%all%n_points(), 'integration point') // '; ' // text)
+      ' of ' // counted(model%all%n_points(), 'integration point') // ', ' // to_text(model%check%n_points()) // &
+      ' for the correction; ' // text)
   end subroutine report
 
   !> Makes the model able to answer.

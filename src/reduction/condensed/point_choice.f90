@@ -13,27 +13,25 @@ module sig_point_choice
   use sig_elasticity, only: n_stresses
   use sig_flow_points, only: flow_points_t
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: add_product, transposed_product
+  use sig_linear_algebra, only: transposed_product
   use sig_nnls, only: nnls_t, nnls_workspace_t
   use sig_random_numbers, only: random_t
   implicit none(type, external)
   private
-  public :: choose_points, shape_energies
+  public :: choose_points
 
   !> [-] by how much more the energies may miss than the work
   real(rk), parameter :: energy_factor = 100
-  !> with more rows, random sums of the rows are fitted in their place
-  integer, parameter :: most_rows = 1500
-  !> points whose columns are made at once
-  integer, parameter :: points_at_once = 512
+  !> with more sums than most_rows, so many random sums of them are fitted in their place, each sum being part of rows_of_a_sum
+  integer, parameter :: most_rows = 1500, rows_of_a_sum = 8
 
 contains
 
   !> Chooses points and their shares, by non-negative least squares.
   !>
-  !> Time and memory: with n points, m = n_modes * n_directions + n_modes * (n_modes + 1) / 2 sums and k = min(m, most_rows) rows,
-  !> the rows take 16 k n bytes and 2 m k n operations, and each chosen point takes about 2 k n operations more.
-  subroutine choose_points(points, hooke, stresses, tolerance, shares)
+  !> Memory and time: with n points and k = most_rows rows at most, these take 16 k n bytes, and each chosen point about 2 k n
+  !> operations. That is 1.4 GB for 60 000 points, and a minute for 300 of them.
+  subroutine choose_points(points, hooke, stresses, tolerance, shares, strains)
     type(flow_points_t), intent(in) :: points
     !> [force/length**2] elastic stress per strain of each material, shape (n_stresses, n_stresses * n_materials)
     real(rk), intent(in) :: hooke(:, :)
@@ -45,12 +43,14 @@ contains
     real(rk), intent(in) :: tolerance
     !> [-] by how much the weight of each point is multiplied; 0 = not chosen; shape (n_points)
     real(rk), intent(out) :: shares(:)
+    !> further strains the work on which counts as that on the modes, shape (n_strains * n_points, n_columns)
+    real(rk), intent(in), optional :: strains(:, :)
     type(nnls_t) :: nnls
     type(nnls_workspace_t) :: workspace
     real(rk), allocatable :: rows(:, :), sums(:)
     real(rk) :: residual
 
-    call fill_rows(points, hooke, stresses, rows)
+    call fill_rows(points, hooke, stresses, rows, strains)
     sums = sum(rows, dim=2)
     call nnls%prepare(rows)
     deallocate (rows)
@@ -58,57 +58,87 @@ contains
   end subroutine choose_points
 
   !> Computes what each point adds to the sums, in units in which all sums may miss by the same.
-  subroutine fill_rows(points, hooke, stresses, rows)
+  subroutine fill_rows(points, hooke, stresses, rows, strains)
     type(flow_points_t), intent(in) :: points
     real(rk), intent(in) :: hooke(:, :)
     real(rk), intent(in) :: stresses(:, :)
     !> shape (n_rows, n_points)
     real(rk), allocatable, intent(out) :: rows(:, :)
-    real(rk), allocatable :: mixing(:, :), part(:, :)
-    real(rk) :: size_of_work
-    integer :: first, i, last, n_work
+    real(rk), intent(in), optional :: strains(:, :)
+    integer, allocatable :: places(:, :)
+    real(rk), allocatable :: factors(:, :), part(:)
+    real(rk) :: size_on_modes, size_on_strains
+    integer :: i, n_further
 
+    n_further = 0
+    if (present(strains)) n_further = size(strains, 2)
     associate (n_modes => size(points%of_modes, 2), n => size(points%components))
-      n_work = n_modes * size(stresses, 2)
-      size_of_work = max(tiny(size_of_work), norm2(transposed_product(points%of_modes, stresses)))
-      call make_mixing(n_work + n_modes * (n_modes + 1) / 2, mixing)
-      allocate (rows(size(mixing, 1), points%n_points()), source=0.0_rk)
-      do first = 1, points%n_points(), points_at_once
-        last = min(first + points_at_once - 1, points%n_points())
-        allocate (part(size(mixing, 2), first:last))
-        do i = first, last
-          associate (modes => points%of_modes(n * (i - 1) + 1:n * i, :), of_point => stresses(n * (i - 1) + 1:n * i, :))
-            part(:n_work, i) = reshape(matmul(transpose(modes), of_point), [n_work]) / size_of_work
-          end associate
-          part(n_work + 1:, i) = lower_triangle(point_energies(points, hooke, i)) / energy_factor
-        end do
-        call add_product(1.0_rk, mixing, part, rows(:, first:last))
-        deallocate (part)
+      call make_mixing((n_modes + n_further) * size(stresses, 2) + n_modes * (n_modes + 1) / 2, places, factors)
+      allocate (rows(maxval([1, maxval(places)]), points%n_points()), source=0.0_rk)
+      size_on_modes = max(tiny(1.0_rk), norm2(transposed_product(points%of_modes, stresses)))
+      if (present(strains)) size_on_strains = max(tiny(1.0_rk), norm2(transposed_product(strains, stresses)))
+      do i = 1, points%n_points()
+        associate (first => n * (i - 1) + 1, last => n * i)
+          part = [work_of(points%of_modes(first:last, :), stresses(first:last, :)) / size_on_modes, &
+            lower_triangle(point_energies(points, hooke, i)) / energy_factor]
+          if (present(strains)) part = [part, work_of(strains(first:last, :), stresses(first:last, :)) / size_on_strains]
+        end associate
+        call add_mixed(part, places, factors, rows(:, i))
       end do
     end associate
   end subroutine fill_rows
 
-  !> Makes a matrix of random signs whose products keep the lengths of vectors on average; the unit matrix where there are few rows.
-  subroutine make_mixing(n_rows, mixing)
-    integer, intent(in) :: n_rows
-    !> shape (min(most_rows, n_rows), n_rows)
-    real(rk), allocatable, intent(out) :: mixing(:, :)
+  !> Returns the work of each stress on each strain of a point.
+  pure function work_of(strains, stresses) result(work)
+    !> shapes (n_strains, n_columns) and (n_strains, n_directions)
+    real(rk), intent(in) :: strains(:, :)
+    real(rk), intent(in) :: stresses(:, :)
+    real(rk) :: work(size(strains, 2) * size(stresses, 2))
+
+    work = reshape(matmul(transpose(strains), stresses), [size(work)])
+  end function work_of
+
+  !> Makes each sum a row of its own, or, where these were too many, part of rows_of_a_sum rows, with random signs: lengths are then
+  !> kept on average.
+  subroutine make_mixing(n_sums, places, factors)
+    integer, intent(in) :: n_sums
+    !> rows of each sum, and the factors that it has there; shape (., n_sums)
+    integer, allocatable, intent(out) :: places(:, :)
+    real(rk), allocatable, intent(out) :: factors(:, :)
     type(random_t) :: random
     real(rk) :: draw
     integer :: i, k
 
-    allocate (mixing(min(most_rows, n_rows), n_rows), source=0.0_rk)
-    do i = 1, n_rows
-      if (n_rows <= most_rows) then
-        mixing(i, i) = 1
-        cycle
-      end if
-      do k = 1, most_rows
+    if (n_sums <= most_rows) then
+      places = reshape([(i, i=1, n_sums)], [1, n_sums])
+      allocate (factors(1, n_sums), source=1.0_rk)
+      return
+    end if
+    allocate (places(rows_of_a_sum, n_sums), factors(rows_of_a_sum, n_sums))
+    do i = 1, n_sums
+      do k = 1, rows_of_a_sum
         call random%fraction(draw)
-        mixing(k, i) = sign(1 / sqrt(real(most_rows, rk)), draw - 0.5_rk)
+        places(k, i) = 1 + int(draw * most_rows)
+        call random%fraction(draw)
+        factors(k, i) = sign(1 / sqrt(real(rows_of_a_sum, rk)), draw - 0.5_rk)
       end do
     end do
   end subroutine make_mixing
+
+  !> Adds sums to the rows that they are part of.
+  pure subroutine add_mixed(sums, places, factors, rows)
+    real(rk), intent(in) :: sums(:)
+    integer, intent(in) :: places(:, :)
+    real(rk), intent(in) :: factors(:, :)
+    real(rk), intent(inout) :: rows(:)
+    integer :: i, k
+
+    do i = 1, size(sums)
+      do k = 1, size(places, 1)
+        rows(places(k, i)) = rows(places(k, i)) + factors(k, i) * sums(i)
+      end do
+    end do
+  end subroutine add_mixed
 
   !> Returns the entries of the lower triangle of a symmetric matrix, with the same sum of squares as all entries.
   pure function lower_triangle(matrix) result(entries)
@@ -141,17 +171,4 @@ contains
       end associate
     end associate
   end function point_energies
-
-  !> Returns the sum of E_g' w_g C' E_g over all points, shape (n_modes, n_modes).
-  pure function shape_energies(points, hooke) result(energies)
-    type(flow_points_t), intent(in) :: points
-    real(rk), intent(in) :: hooke(:, :)
-    real(rk) :: energies(size(points%of_modes, 2), size(points%of_modes, 2))
-    integer :: i
-
-    energies = 0
-    do i = 1, points%n_points()
-      energies = energies + point_energies(points, hooke, i)
-    end do
-  end function shape_energies
 end module sig_point_choice
