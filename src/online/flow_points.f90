@@ -9,7 +9,7 @@
 !> are the work of the inelastic strain on the strain E_i of a mode, of a contact force or of a term.
 module sig_flow_points
   use sig_compressed_matrix, only: compressed_matrix_t
-  use sig_dense_kernels, only: add_few_columns, add_product, multiply, multiply_transpose
+  use sig_dense_kernels, only: add_few_columns, add_product, add_transposed_product, multiply, multiply_transpose
   use sig_elasticity, only: n_stresses
   use sig_errors, only: error_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -311,17 +311,24 @@ contains
     real(rk), contiguous, intent(in) :: unknown_changes(:, :)
     real(rk), contiguous, intent(out) :: change(:, :)
     real(rk), allocatable :: strains(:, :)
-    integer :: i
+    real(rk) :: strain(size(self%components))
+    integer :: first, i, j, k
 
     allocate (strains, source=self%of_modes)
     call add_product(1.0_rk, self%of_contact, unknown_changes, strains)
-    associate (n => size(self%components))
-      do i = 1, self%n_points()
-        associate (first => n * (i - 1) + 1, last => n * i)
-          strains(first:last, :) = matmul(room%softening(:, :, i), strains(first:last, :))
-        end associate
+    associate (n => size(strain))
+      do j = 1, size(strains, 2)
+        do i = 1, self%n_points()
+          first = n * (i - 1)
+          strain = 0
+          do k = 1, n
+            strain = strain + room%softening(:, k, i) * strains(first + k, j)
+          end do
+          strains(first + 1:first + n, j) = strain
+        end do
       end do
     end associate
-    change = matmul(transpose(self%of_modes), strains)
+    change = 0
+    call add_transposed_product(1.0_rk, self%of_modes, strains, change)
   end subroutine change_of_work
 end module sig_flow_points

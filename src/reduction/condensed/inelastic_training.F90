@@ -492,6 +492,7 @@ contains
       call answer%start(1, size(states%theta, 1), model%n_modes(), n_rows, n_rows)
     end associate
     call model%create_room(room)
+    room%has_points = .false.
     error = huge(error)
     do i = 1, n
       if (states%is_first(i)) call model%forget(room)
