@@ -56,6 +56,7 @@ module sig_flow_points
     procedure :: n_points
     procedure :: create_room
     procedure :: find_flaw
+    procedure :: find_strains
     procedure :: update
     procedure :: work_on_modes
     procedure :: work_on_contact
@@ -227,6 +228,27 @@ contains
     flaw = 0
   end function find_flaw
 
+  !> Computes the strains [-] by terms, unknowns and amplitudes, in which imposed strains are contained.
+  subroutine find_strains(self, theta, unknowns, amplitudes, strains)
+    class(flow_points_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] shape (n_rows)
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    !> [sqrt(force*length)] shape (n_modes)
+    real(rk), contiguous, intent(in) :: amplitudes(:)
+    !> shape (n_strains * n_points)
+    real(rk), contiguous, intent(inout) :: strains(:)
+
+    call multiply(1.0_rk, self%of_terms, theta, 0.0_rk, strains)
+    if (self%contact_blocks%is_empty()) then
+      call add_few_columns(self%of_contact, unknowns, strains)
+    else
+      call self%contact_blocks%add_product(1.0_rk, unknowns, strains)
+    end if
+    call add_few_columns(self%of_modes, amplitudes, strains)
+  end subroutine find_strains
+
   !> Computes strains, and from them stresses and states at the end of a step.
   subroutine update(self, laws, theta, strain_theta, unknowns, amplitudes, dt, room, is_solved)
     class(flow_points_t), intent(in) :: self
@@ -249,14 +271,8 @@ contains
     integer :: i, k
     logical :: is_point_solved
 
-    call multiply(1.0_rk, self%of_terms, theta, 0.0_rk, room%strains)
+    call self%find_strains(theta, unknowns, amplitudes, room%strains)
     call multiply(1.0_rk, self%imposed, strain_theta, 0.0_rk, room%imposed)
-    if (self%contact_blocks%is_empty()) then
-      call add_few_columns(self%of_contact, unknowns, room%strains)
-    else
-      call self%contact_blocks%add_product(1.0_rk, unknowns, room%strains)
-    end if
-    call add_few_columns(self%of_modes, amplitudes, room%strains)
     is_solved = .true.
     associate (n => size(self%components), c => self%components)
       do i = 1, self%n_points()

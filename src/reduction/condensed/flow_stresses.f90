@@ -27,15 +27,15 @@ contains
     real(rk), intent(in) :: state(:)
     real(rk) :: stresses(model%all%n_points())
     real(rk), allocatable :: strain_theta(:, :)
-    real(rk) :: total(size(model%all%components), size(stresses)), strains(n_stresses, size(stresses))
+    real(rk) :: total(size(model%all%components) * size(stresses)), strains(n_stresses, size(stresses))
     integer :: i, i_bad_point, i_bad_source
 
     call evaluate_points(model%strain_terms, reshape(state, [size(state), 1]), strain_theta, i_bad_point, i_bad_source)
     associate (points => model%all)
-      total = reshape(matmul(points%of_terms, answer%theta) + matmul(points%of_contact, answer%unknowns) + &
-        matmul(points%of_modes, answer%coordinates), shape(total))
+      call points%find_strains(answer%theta, answer%unknowns, answer%coordinates, total)
       strains = -reshape(matmul(points%imposed, strain_theta(:, 1)), shape(strains))
-      strains(points%components, :) = strains(points%components, :) + total
+      strains(points%components, :) = strains(points%components, :) + &
+        reshape(total, [size(points%components), size(stresses)])
       if (allocated(answer%plastic)) strains = strains - answer%plastic(:n_stresses, :)
       if (allocated(answer%creep)) strains = strains - answer%creep(:n_stresses, :)
       do i = 1, size(stresses)
@@ -97,6 +97,7 @@ contains
     points%weights = model%all%weights
     points%imposed = model%all%imposed
     points%temperatures = model%all%temperatures
+    call points%contact_blocks%complete()
     call add_strains(problem, displacements, points, points%of_terms)
     allocate (points%of_contact(size(points%of_terms, 1), 0), points%of_modes(size(points%of_terms, 1), 0))
   end subroutine prepare_points

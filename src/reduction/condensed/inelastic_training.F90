@@ -444,8 +444,8 @@ contains
       of_closing = transpose(lu%solve(transpose(model%all%of_contact)))
       call choose_points(model%all, model%hooke, stresses, check_tolerance, shares, of_closing)
     end if
-    ! more than half of the points are not worth their error
-    if (2 * count(shares > 0) > size(shares)) shares = 1
+    ! more than half of the points are not worth their error; where nothing flows in training, all must look whether something does
+    if (2 * count(shares > 0) > size(shares) .or. .not. any(shares > 0)) shares = 1
     call take_points(model%all, shares, model%check)
   end subroutine choose_check_points
 

@@ -191,11 +191,12 @@ contains
   !> Trains a model of the histories of the selection, those of their states that have converged, and prepares it. Collective on all
   !> ranks. Errors: the store cannot be read; those of build_condensed; the model cannot answer (an internal error).
   subroutine train_draft(rounds, selection, error, ierr)
-    type(rounds_t), intent(inout) :: rounds
+    type(rounds_t), target, intent(inout) :: rounds
     type(selection_t), intent(in) :: selection
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_set_t), target :: snapshots
+    type(inelastic_model_t), pointer :: part
     character(:), allocatable :: message
     real(rk), allocatable :: states(:, :)
     logical, allocatable :: is_missing(:)
@@ -212,6 +213,9 @@ contains
       return
     end if
     deallocate (message)
+    ! candidates may flow where the histories that the check points were chosen for do not
+    part => part_of(rounds)
+    part%check = part%all
     call rounds%online%prepare(message)
     if (.not. allocated(message)) call rounds%query%create(rounds%online, message)
     if (allocated(message)) call make_error(error, 'the model of the histories chosen so far cannot answer: ' // message, &
