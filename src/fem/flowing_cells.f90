@@ -11,7 +11,7 @@ module sig_flowing_cells
   use sig_point_values, only: count_points
   implicit none(type, external)
   private
-  public :: flowing_cells_t, flow_laws_t, flow_work_t, point_data_t
+  public :: dofs_of_flowing_bodies, flowing_cells_t, flow_laws_t, flow_work_t, point_data_t
 
   !> The law of each material of the deck; not allocated where the material is elastic.
   type :: flow_laws_t
@@ -80,6 +80,24 @@ module sig_flowing_cells
   end type flowing_cells_t
 
 contains
+
+  !> Returns which dofs belong to bodies with cells that flow.
+  pure function dofs_of_flowing_bodies(mesh, body, body_of_node) result(flows)
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    !> 1-based, shape (n_nodes)
+    integer, intent(in) :: body_of_node(:)
+    !> natural, shape (n_dofs)
+    logical, allocatable :: flows(:)
+    logical :: body_flows(maxval(body_of_node))
+    integer :: i
+
+    body_flows = .false.
+    do i = 1, mesh%n_cells
+      if (body%flows_in(i)) body_flows(body_of_node(mesh%cell_nodes(mesh%cell_offsets(i) + 1))) = .true.
+    end do
+    flows = [(spread(body_flows(body_of_node(i)), 1, mesh%n_dim), i=1, mesh%n_nodes)]
+  end function dofs_of_flowing_bodies
 
   !> Finds the flowing cells of a rank and makes room for their states.
   subroutine create(self, mesh, body, laws, own_cells)

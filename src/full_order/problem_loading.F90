@@ -15,8 +15,9 @@ module sig_problem_loading
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
-  use sig_factor_size, only: measure_factor
+  use sig_factor_size, only: compact_factor, measure_factor
   use sig_flow_building, only: add_temperatures, create_flow_model
+  use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_friction_building, only: add_friction_terms, add_motion_terms, create_contact_laws
   use sig_kinds, only: rk
   use sig_length_units, only: length_factor
@@ -37,6 +38,7 @@ module sig_problem_loading
   use sig_rounding, only: rounding_of_data
   use sig_slipping_motions, only: turn_normals
   use sig_smooth_normals, only: fit_normals
+  use sig_solver_costs, only: problem_size_t
   use sig_solver_plan, only: make_solver_plan
   use sig_stiffness_terms, only: list_stiffness_terms
   use sig_strain_force, only: add_strain_forces, has_numbers
@@ -263,8 +265,7 @@ contains
       sizes%n_multipliers = problem%force_rows%n_rows
       sizes%has_plain_contact = problem%laws%is_plain()
       sizes%has_friction = problem%laws%remembers()
-      sizes%n_points = 1
-      if (.not. problem%flow%is_there()) sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
+      sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
       sizes%is_floating = problem%motions%n_free > 0
       sizes%has_multigrid_vi = has_multigrid_vi()
       sizes%is_quadratic = any(element_types(mesh%cell_types)%order == 2)
@@ -273,8 +274,31 @@ contains
       PetscCall(memory_of_ranks(comm, sizes%memory, ierr))
       sizes%memory = share_of_memory * sizes%memory
       call measure_factor(mesh, sizes%stiffness_entries, sizes%factor_entries, sizes%factor_operations)
+      if (problem%flow%is_there()) call measure_flow(problem, sizes)
     end associate
   end subroutine measure_problem
+
+  !> Sets the sizes of the bodies where materials flow. Their share of the factor is that of compact bodies.
+  pure subroutine measure_flow(problem, sizes)
+    type(problem_t), intent(in) :: problem
+    type(problem_size_t), intent(inout) :: sizes
+    real(rk) :: entries(problem%motions%n_bodies), operations(problem%motions%n_bodies)
+    logical :: body_flows(problem%motions%n_bodies), dof_flows(sizes%n_dofs)
+    integer :: i
+
+    associate (n_dim => problem%mesh%n_dim, bodies => problem%motions%body_of_node, rows => problem%force_rows)
+      dof_flows = dofs_of_flowing_bodies(problem%mesh, problem%body, bodies)
+      do i = 1, size(entries)
+        call compact_factor(n_dim, n_dim * count(bodies == i), entries(i), operations(i))
+        body_flows(i) = dof_flows(n_dim * findloc(bodies, i, dim=1))
+      end do
+      sizes%n_flow_points = size(problem%flow%temperatures, 1)
+      sizes%n_flow_dofs = count(dof_flows)
+      sizes%n_flow_multipliers = count([(any(dof_flows(rows%dofs(rows%offsets(i) + 1:rows%offsets(i + 1)))), i=1, rows%n_rows)])
+    end associate
+    sizes%flow_factor_entries = sizes%factor_entries * sum(entries, mask=body_flows) / sum(entries)
+    sizes%flow_factor_operations = sizes%factor_operations * sum(operations, mask=body_flows) / sum(operations)
+  end subroutine measure_flow
 
   !> Returns the largest modulus of a material over the smallest, by the largest entries of their stress matrices.
   pure real(rk) function stiffness_ratio(body)

@@ -5,6 +5,7 @@
 module sig_divided_solver
   use sig_kinds, only: rk
   use sig_linear_solver, only: linear_solver_t
+  use sig_petsc_support, only: max_over_ranks
   use sig_reasons, only: reason_converged
   use petsc
   implicit none(type, external)
@@ -114,8 +115,9 @@ contains
     real(rk), contiguous, intent(in) :: rhs(:, :)
     real(rk), contiguous, intent(out) :: solution(:, :)
     PetscErrorCode, intent(out) :: ierr
-    real(rk), allocatable :: own_rhs(:, :), own(:, :)
-    integer :: i
+    real(rk), allocatable :: own_rhs(:, :), own(:, :), sizes(:, :)
+    integer, allocatable :: columns(:)
+    integer :: i, k
 
     ierr = 0
     if (.not. allocated(self%parts)) then
@@ -127,10 +129,15 @@ contains
       if (self%chosen /= both_parts .and. self%chosen /= i) cycle
       associate (part => self%parts(i))
         if (part%solver%ksp == 0) cycle
-        own_rhs = rhs(part%places, :)
+        ! a contact with an obstacle or of other bodies has no forces here
+        sizes = reshape([(maxval([0.0_rk, abs(rhs(part%places, k))]), k=1, size(rhs, 2))], [1, size(rhs, 2)])
+        PetscCall(max_over_ranks(self%comm, sizes, ierr))
+        columns = pack([(k, k=1, size(rhs, 2))], .not. sizes(1, :) <= 0)
+        if (size(columns) == 0) cycle
+        own_rhs = rhs(part%places, columns)
         allocate (own, mold=own_rhs)
         PetscCall(part%solver%solve_many(own_rhs, own, ierr))
-        solution(part%places, :) = own
+        solution(part%places, columns) = own
         deallocate (own)
       end associate
     end do

@@ -25,7 +25,7 @@ module sig_newton
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
-  use sig_flowing_cells, only: flow_laws_t, flow_work_t, flowing_cells_t, point_data_t
+  use sig_flowing_cells, only: dofs_of_flowing_bodies, flow_laws_t, flow_work_t, flowing_cells_t, point_data_t
   use sig_kinds, only: rk
   use sig_load_pattern, only: load_pattern_t
   use sig_material_law, only: creep_strain_at, creep_strains, plastic_strain_at, plastic_strains
@@ -184,28 +184,9 @@ contains
     end associate
     if (allocated(self%system%laws%friction_terms)) self%system%laws%friction_terms = 1
     call self%flowing%create(mesh, body, laws, system%map%own_cells)
-    self%solver%changing_dofs = dofs_of_flowing_bodies(system, mesh, body)
+    self%solver%changing_dofs = dofs_of_flowing_bodies(mesh, body, system%motions%body_of_node)
     PetscCall(self%take_body(mesh, body, ierr))
   end subroutine create
-
-  !> Returns which dofs belong to bodies with cells that flow.
-  pure function dofs_of_flowing_bodies(system, mesh, body) result(flows)
-    type(contact_system_t), intent(in) :: system
-    type(mesh_t), intent(in) :: mesh
-    type(elastic_body_t), intent(in) :: body
-    !> natural, shape (n_dofs)
-    logical, allocatable :: flows(:)
-    logical :: body_flows(system%motions%n_bodies)
-    integer :: i
-
-    body_flows = .false.
-    associate (bodies => system%motions%body_of_node)
-      do i = 1, mesh%n_cells
-        if (body%flows_in(i)) body_flows(bodies(mesh%cell_nodes(mesh%cell_offsets(i) + 1))) = .true.
-      end do
-      flows = [(spread(body_flows(bodies(i)), 1, mesh%n_dim), i=1, size(bodies))]
-    end associate
-  end function dofs_of_flowing_bodies
 
   !> Assembles the stiffness of the cells that do not flow, with new elastic constants. Collective.
   subroutine take_body(self, mesh, body, ierr)

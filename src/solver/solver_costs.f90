@@ -41,6 +41,13 @@ module sig_solver_costs
     !> number of entries of its factor, and of operations of a factorization
     real(rk) :: factor_entries = 0
     real(rk) :: factor_operations = 0
+    !> number of integration points of materials that flow
+    integer :: n_flow_points = 0
+    !> of the bodies where materials flow, as above: dofs, multipliers that press on them, factor
+    integer :: n_flow_dofs = 0
+    integer :: n_flow_multipliers = 0
+    real(rk) :: flow_factor_entries = 0
+    real(rk) :: flow_factor_operations = 0
     !> whether the elements are of second order
     logical :: is_quadratic = .false.
     !> whether a body is held by contact alone
@@ -85,9 +92,9 @@ module sig_solver_costs
   real(rk), parameter :: per_friction_entry(2:3) = [2.6e-8_rk, 7.5e-8_rk], friction_share = 1.5_rk
   !> [-] dense work of an answer of a model with friction, which does not look for other solutions, over that of a state
   real(rk), parameter :: share_of_answer = 0.4_rk
-  !> usual number of steps of Newton's method for a time of a history where materials flow, and [s] of each step per integration
-  !> point: laws, tangents and their assembly
-  integer, parameter :: newton_steps = 5
+  !> usual number of steps of Newton's method for a time of a history where materials flow, and of active sets in each of them; [s] of
+  !> each step per integration point: laws, tangents and their assembly
+  integer, parameter :: newton_steps = 4, sets_of_step = 2
   real(rk), parameter :: per_flow_point = 5.0e-6_rk
   !> [s] errors of an answer and of its fields, per dof
   real(rk), parameter :: per_compared_dof = 4.0e-7_rk
@@ -164,31 +171,63 @@ contains
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
     type(cost_t) :: solve
-    real(rk) :: again
 
     solve = solves_cost(sizes, 1)
     cost = factorization_cost(sizes)
-    ! the ordering stays
-    again = cost%seconds - analysis * sizes%n_dofs / sizes%n_ranks
-    cost%seconds = cost%seconds + sets * n_points * min(again, solves_per_set * solve%seconds)
+    cost%seconds = cost%seconds + sets * n_points * min(again_seconds(sizes), solves_per_set * solve%seconds)
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
 
-  !> Returns the cost of n_states times of histories where materials flow: each step of Newton's method has a stiffness of its own.
-  pure type(cost_t) function newton_cost(sizes, n_states, n_flow_points) result(cost)
+  !> Returns the cost of n_states times of histories where materials flow. Each step of Newton's method has a stiffness of its own, so
+  !> that each step factors, computes responses or builds levels again: the condensed solver only for the bodies that flow.
+  pure type(cost_t) function newton_cost(type, linear, sizes, n_states) result(cost)
+    !> condensed, active_set or snesvi, which counts as active_set
+    character(*), intent(in) :: type
+    !> cholesky or gamg
+    character(*), intent(in) :: linear
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_states
-    !> integration points of materials that flow
-    integer, intent(in) :: n_flow_points
-    type(cost_t) :: solve
+    type(cost_t) :: step
 
-    solve = solves_cost(sizes, 1)
-    cost = factorization_cost(sizes)
-    ! the ordering stays
-    cost%seconds = real(newton_steps, rk) * n_states * (cost%seconds + solve%seconds - analysis * sizes%n_dofs / sizes%n_ranks + &
-      per_flow_point * n_flow_points / sizes%n_ranks)
-    cost%bytes = cost%bytes + solve%bytes
+    if (type == 'condensed') then
+      cost = factorization_cost(sizes) + solves_cost(sizes, sizes%n_multipliers)
+      step = condensed_step_cost(sizes)
+      cost%bytes = cost%bytes + dense_bytes(sizes)
+    else if (linear == 'gamg') then
+      step = multigrid_cost(sizes, 1, sets_of_step)
+      cost%bytes = step%bytes
+    else
+      cost = factorization_cost(sizes)
+      step = solves_cost(sizes, 1)
+      cost%bytes = cost%bytes + step%bytes
+      step%seconds = sets_of_step * (step%seconds + again_seconds(sizes))
+    end if
+    step%seconds = step%seconds + per_flow_point * sizes%n_flow_points / sizes%n_ranks
+    cost%seconds = cost%seconds + real(newton_steps, rk) * n_states * step%seconds
   end function newton_cost
+
+  !> Returns the cost of a step of Newton's method with the condensed solver, in the bodies that flow.
+  pure type(cost_t) function condensed_step_cost(sizes) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    type(problem_size_t) :: flowing
+
+    flowing = sizes
+    flowing%n_dofs = sizes%n_flow_dofs
+    flowing%factor_entries = sizes%flow_factor_entries
+    flowing%factor_operations = sizes%flow_factor_operations
+    ! the displacement takes one more solve with the loads and one with the contact forces, in all bodies
+    cost = solves_cost(flowing, sizes%n_flow_multipliers) + times(2, solves_cost(sizes, 1))
+    cost%seconds = cost%seconds + again_seconds(flowing) + dense_seconds(sizes)
+  end function condensed_step_cost
+
+  !> [s] Returns the time of a factorization that keeps the ordering.
+  pure real(rk) function again_seconds(sizes) result(seconds)
+    type(problem_size_t), intent(in) :: sizes
+    type(cost_t) :: cost
+
+    cost = factorization_cost(sizes)
+    seconds = cost%seconds - analysis * sizes%n_dofs / sizes%n_ranks
+  end function again_seconds
 
   !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, or the step of a
   !> history with friction; and the displacement, by the responses or by one more solve.
@@ -231,17 +270,21 @@ contains
   end function comparison_cost
 
   !> Returns the cost of multigrid at n_points points: levels once, then active sets with levels and iterations of their own.
-  pure type(cost_t) function multigrid_cost(sizes, n_points) result(cost)
+  pure type(cost_t) function multigrid_cost(sizes, n_points, n_sets) result(cost)
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
+    !> of each point; default: the usual number
+    integer, intent(in), optional :: n_sets
     real(rk) :: per_iteration, per_set
-    integer :: i
+    integer :: i, n
 
+    n = sets
+    if (present(n_sets)) n = n_sets
     i = merge(2, 1, sizes%is_quadratic)
     per_iteration = iteration(1) * sizes%stiffness_entries + iteration(2) * sizes%n_dofs
     per_set = levels_of_set(i) * sizes%n_dofs + iterations(sizes%n_dim) * per_iteration * &
       sqrt(max(1.0_rk, sizes%stiffness_ratio / harmless_ratio))
-    cost%seconds = (levels(i) * sizes%stiffness_entries + n_points * sets * per_set) / sizes%n_ranks
+    cost%seconds = (levels(i) * sizes%stiffness_entries + n_points * n * per_set) / sizes%n_ranks
     cost%bytes = multigrid_bytes(1) * sizes%stiffness_entries + multigrid_bytes(2) * sizes%n_dofs
   end function multigrid_cost
 end module sig_solver_costs

@@ -4,8 +4,8 @@ module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
   use sig_memory, only: memory_text
-  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, point_cost, &
-    problem_size_t, refactoring_cost, solves_cost, operator(+), times
+  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, newton_cost, &
+    point_cost, problem_size_t, refactoring_cost, solves_cost, operator(+), times
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -80,7 +80,8 @@ contains
 
     plan%type = 'condensed'
     plan%linear = 'cholesky'
-    if (config%type == 'auto') plan%why = 'the one that solves friction and tied contacts'
+    if (config%type == 'auto') plan%why = 'the one that solves friction and tied contacts, predicted ' // &
+      cost_text(sweep_cost(plan%type, plan%linear, sizes, max(1, sizes%n_points)))
     if (all(config%type /= [character(9) :: 'auto', 'condensed'])) then
       message = config%type // ' solves neither friction nor tied contacts; solver.type must be condensed or auto'
     else if (config%linear == 'gamg') then
@@ -111,7 +112,7 @@ contains
       (config%linear == 'auto' .or. candidates%linear == config%linear)
   end function candidates_of
 
-  !> Returns the cost of the solutions at some points that share a stiffness.
+  !> Returns the cost of the solutions at some points that share a stiffness, or of some states where materials flow.
   pure type(cost_t) function sweep_cost(type, linear, sizes, n_points) result(cost)
     !> condensed, active_set or snesvi, which counts as active_set
     character(*), intent(in) :: type
@@ -120,7 +121,9 @@ contains
     type(problem_size_t), intent(in) :: sizes
     integer, intent(in) :: n_points
 
-    if (type == 'condensed') then
+    if (sizes%n_flow_points > 0) then
+      cost = newton_cost(type, linear, sizes, n_points)
+    else if (type == 'condensed') then
       cost = condensed_cost(sizes) + times(n_points, point_cost(sizes))
     else if (linear == 'gamg') then
       cost = multigrid_cost(sizes, n_points)

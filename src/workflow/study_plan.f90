@@ -3,7 +3,7 @@
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
   use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, inelastic_model_size, inelastic_training_size, law_place, &
-    model_size, most_references, n_inelastic_points, plan_displacements
+    model_size, most_references, plan_displacements
   use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -12,7 +12,7 @@ module sig_study_plan
   use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
-  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, newton_cost, operator(+), point_cost, problem_size_t, &
+  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, operator(+), point_cost, problem_size_t, &
     solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
   use sig_text, only: append_text, counted, string_t, to_text
@@ -132,17 +132,17 @@ contains
     type(string_t), allocatable, intent(inout) :: lines(:)
     type(cost_t) :: cost
 
-    associate (sizes => problem%sizes, n_points => n_inelastic_points(problem))
-      call append_text(lines, 'materials yield or creep at ' // counted(n_points, 'integration point'))
+    associate (sizes => problem%sizes, plan => problem%plan)
+      call append_text(lines, 'materials yield or creep at ' // counted(sizes%n_flow_points, 'integration point'))
       if (n_training == 0) return
       call append_text(lines, 'predicted, roughly: sampling of ' // counted(n_training, 'state') // ': ' // &
-        text_of(newton_cost(sizes, n_training, n_points)))
+        text_of(sweep_cost(plan%type, plan%linear, sizes, n_training)))
       cost = condensed_cost(sizes)
       cost%bytes = cost%bytes + sizes%n_ranks * inelastic_training_size(problem, n_training)
       call append_text(lines, 'predicted: memory for training: ' // memory_text(cost%bytes) // '; model file of about ' // &
         memory_text(inelastic_model_size(problem)) // ' or less')
       if (n_test > 0) call append_text(lines, 'predicted, roughly: validation at ' // counted(n_test, 'state') // ': ' // &
-        text_of(newton_cost(sizes, n_test, n_points)))
+        text_of(sweep_cost(plan%type, plan%linear, sizes, n_test)))
     end associate
   end subroutine add_flow_lines
 
@@ -161,7 +161,7 @@ contains
     place = law_place(problem%deck)
     call make_error(error, 'materials yield or creep, but the training of their model takes ' // memory_text(n_bytes) // &
       ' on all ranks, for strains and stresses of ' // counted(problem%force_rows%n_rows, 'contact force') // ' and ' // &
-      to_text(n_training) // ' states at ' // counted(n_inelastic_points(problem), 'integration point') // &
+      to_text(n_training) // ' states at ' // counted(problem%sizes%n_flow_points, 'integration point') // &
       '; there is room for ' // memory_text(problem%sizes%memory), problem%deck%path, place%line, place%column, &
       hint='take fewer ranks, training points or times, or a coarser mesh where materials flow; the command solve needs no model')
   end subroutine check_training_memory

@@ -6,7 +6,6 @@ module sig_condensed_plan
   use sig_kinds, only: rk
   use sig_elasticity, only: n_stresses
   use sig_mesh_checks, only: nodes_of_boundary
-  use sig_point_values, only: count_points
   use sig_problem, only: problem_t
   use sig_text, only: short_number, string_t
   implicit none(type, external)
@@ -14,7 +13,7 @@ module sig_condensed_plan
   public :: check_flow, check_friction, choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements
   public :: all_dofs_fit
   public :: why_not_condensed
-  public :: inelastic_model_size, inelastic_training_size, law_place, n_inelastic_points
+  public :: inelastic_model_size, inelastic_training_size, law_place
   public :: model_size, most_references, number_size, room_for_forces
 
   !> What reduction.displacement of the deck means for a problem.
@@ -216,15 +215,6 @@ contains
     n_bytes = bytes_per_megabyte * megabytes
   end function model_size
 
-  !> Returns the number of integration points of all materials that flow.
-  pure integer function n_inelastic_points(problem) result(n)
-    type(problem_t), intent(in) :: problem
-    integer :: i
-
-    n = count_points(problem%mesh, problem%body, pack([(i, i=1, problem%mesh%n_cells)], &
-      [(problem%body%flows_in(i), i=1, problem%mesh%n_cells)]))
-  end function n_inelastic_points
-
   !> [byte] Returns the size of a model of materials that flow, without the mesh for fields: a condensed model, modes, and strains
   !> at all points. Those of contact forces are counted in single precision; their compression is known only when it is done.
   real(rk) function inelastic_model_size(problem) result(n_bytes)
@@ -232,7 +222,7 @@ contains
     real(rk), parameter :: single = 4, double = 8
     real(rk) :: n_points, n_strains
 
-    n_points = n_inelastic_points(problem)
+    n_points = problem%sizes%n_flow_points
     n_strains = problem%body%mechanics%n_strains * n_points
     n_bytes = model_size(problem) + single * n_strains * problem%force_rows%n_rows + double * (n_strains * &
       (problem%boundary%n_terms + usual_modes) + n_stresses * n_points * problem%strains%terms%n_terms() + &
@@ -248,7 +238,7 @@ contains
     real(rk), parameter :: double = 8
     real(rk) :: n_points
 
-    n_points = n_inelastic_points(problem)
+    n_points = problem%sizes%n_flow_points
     n_bytes = inelastic_model_size(problem) + double * (problem%body%mechanics%n_strains * n_points * &
       (2 * problem%force_rows%n_rows + real(n_states, rk) + usual_stresses) + n_points * usual_modes * usual_stresses + &
       2 * real(n_states, rk) * problem%mesh%n_dim * problem%mesh%n_nodes)
