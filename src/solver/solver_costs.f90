@@ -92,9 +92,9 @@ module sig_solver_costs
   real(rk), parameter :: per_friction_entry(2:3) = [2.6e-8_rk, 7.5e-8_rk], friction_share = 1.5_rk
   !> [-] dense work of an answer of a model with friction, which does not look for other solutions, over that of a state
   real(rk), parameter :: share_of_answer = 0.4_rk
-  !> usual number of steps of Newton's method for a time of a history where materials flow, of active sets in each of them (multigrid),
-  !> and of factorizations; [s] of each step per integration point (laws, tangents and their assembly) and per entry of K (copies of
-  !> it, whose supports are held)
+  !> usual number of steps of Newton's method for a time of a history where materials flow, of active sets in each of them
+  !> (multigrid), and of factorizations; [s] of each step per integration point (laws, tangents and their assembly) and per entry
+  !> of K (copies of it, whose supports are held)
   integer, parameter :: newton_steps = 5, sets_of_step = 2
   real(rk), parameter :: factors_of_step = 1.6_rk
   real(rk), parameter :: per_flow_point = 5.0e-6_rk, per_copied_entry = 4.0e-8_rk
@@ -180,8 +180,8 @@ contains
     cost%bytes = cost%bytes + solve%bytes
   end function refactoring_cost
 
-  !> Returns the cost of n_states times of histories where materials flow. Each step of Newton's method has a stiffness of its own, so
-  !> that each step factors, computes responses or builds levels again: the condensed solver only for the bodies that flow.
+  !> Returns the cost of n_states times of histories where materials flow. Each step of Newton's method has a stiffness of its own,
+  !> so that each step factors, computes responses or builds levels again: the condensed solver only for the bodies that flow.
   pure type(cost_t) function newton_cost(type, linear, sizes, n_states) result(cost)
     !> condensed, active_set or snesvi, which counts as active_set
     character(*), intent(in) :: type
@@ -204,7 +204,8 @@ contains
       cost%bytes = cost%bytes + step%bytes
       step%seconds = factors_of_step * (step%seconds + again_seconds(sizes))
     end if
-    step%seconds = step%seconds + (per_flow_point * sizes%n_flow_points + per_copied_entry * sizes%stiffness_entries) / sizes%n_ranks
+    step%seconds = step%seconds + (per_flow_point * sizes%n_flow_points + per_copied_entry * sizes%stiffness_entries) / &
+      sizes%n_ranks
     cost%seconds = cost%seconds + real(newton_steps, rk) * n_states * step%seconds
   end function newton_cost
 
