@@ -10,9 +10,9 @@
 !> for any c > 0; P_r is the projection onto the interval or disc of radius r. A tied contact has w_n = 0 and v = 0. Bodies that
 !> only contact holds have motions: further unknowns without a sign, whose rows are the equilibrium of these bodies, w = 0.
 module sig_friction_types
+  use sig_dense_kernels, only: add_columns_and_sizes
   use sig_kinds, only: rk
   use sig_lcp_types, only: lcp_solution_t, lcp_workspace_t
-  use sig_linear_algebra, only: sum_rows
   use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
@@ -297,7 +297,11 @@ contains
     real(rk), contiguous, intent(in) :: lambda(:)
     type(friction_workspace_t), intent(inout) :: workspace
 
-    call sum_rows(matrix, lambda, workspace%free, workspace%w, workspace%row_size)
+    associate (n => size(lambda))
+      workspace%w(:n) = workspace%free(:n)
+      workspace%row_size(:n) = abs(workspace%free(:n))
+      call add_columns_and_sizes(matrix, lambda, workspace%w(:n), workspace%row_size(:n))
+    end associate
   end subroutine sum_up
 
   !> Sets the states, the directions and the softness of all contacts by the projection of y, and computes the natural residual.

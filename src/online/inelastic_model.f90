@@ -432,8 +432,8 @@ contains
     if (answer%reason /= reason_bad_property .or. any(answer%flaw < 1)) return
     associate (law => self%laws(answer%flaw(1))%law, material => self%material_names(answer%flaw(1)))
       associate (property => law%property_names(answer%flaw(2)))
-        text = trim(property) // ' of the material ''' // material%text // ''' is not finite or out of its range at an ' // &
-          'integration point: ' // rule_of(property)
+        text = trim(property) // ' of the material ''' // material%text // &
+          ''' is not finite or out of its range at an integration point: ' // rule_of(property)
       end associate
     end associate
   end subroutine put_refusal

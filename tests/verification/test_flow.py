@@ -533,7 +533,7 @@ def series(strokes):
     return np.array(forces)
 
 
-SOLVERS = ["condensed", "active_set, linear: cholesky", "active_set, linear: gamg", "snesvi"]
+SOLVERS = ["condensed", "active_set, linear: cholesky", "active_set, linear: gamg"]
 
 
 def two_tubes(friction, solver="auto", element="Q8"):
