@@ -402,10 +402,11 @@ contains
       call start_chain(self, theta, room%corrected)
       call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
       call room%properties%evaluate(room%state, self%check%materials, self%check%temperatures, room%check%properties)
-      answer%flaw = self%check%find_flaw(self%laws, room%check)
       if (room%has_points) then
         call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
         answer%flaw = self%all%find_flaw(self%laws, room%all)
+      else
+        answer%flaw = self%check%find_flaw(self%laws, room%check)
       end if
       answer%reason = reason_bad_property
       if (answer%flaw(1) > 0) return
