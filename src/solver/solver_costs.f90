@@ -1,7 +1,7 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Predicts time and memory of what solvers do: a factorization of K, solves with it, and a solution by multigrid.
 !>
-!> Times are processor times of one core of 2023 with a fast BLAS, divided by the number of ranks. They are constants, not
+!> Times are processor times of one core of 2023 with a fast BLAS, divided by what several ranks gain. They are constants, not
 !> measurements, so that every rank and every run chooses alike. tests/benchmark/solver_grid.py compares them with measured times.
 module sig_solver_costs
   use sig_kinds, only: rk
@@ -76,7 +76,7 @@ module sig_solver_costs
   !> [s] one iteration of conjugate gradients with multigrid, per entry of K and per dof
   real(rk), parameter :: iteration(2) = [4.5e-9_rk, 2.1e-7_rk]
   !> usual number of active sets of a point, and of iterations for each of them, in the plane and in space
-  integer, parameter :: sets = 8, iterations(2:3) = [15, 10]
+  integer, parameter :: sets = 8, iterations(2:3) = [15, 8]
   !> ratio of moduli from which on multigrid needs more iterations, in proportion to the root of what is beyond
   real(rk), parameter :: harmless_ratio = 100
   !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves
@@ -123,7 +123,7 @@ contains
     type(problem_size_t), intent(in) :: sizes
 
     cost%seconds = (analysis * sizes%n_dofs + per_factor_entry * sizes%factor_entries + &
-      per_operation * sizes%factor_operations) / sizes%n_ranks
+      per_operation * sizes%factor_operations) / factor_gain(sizes)
     cost%bytes = factor_bytes * sizes%factor_entries + stiffness_bytes * sizes%stiffness_entries
   end function factorization_cost
 
@@ -134,7 +134,7 @@ contains
     real(rk) :: per(2)
 
     per = merge(joint_solve, single_solve, n_columns >= many)
-    cost%seconds = n_columns * (per(1) * sizes%factor_entries + per(2) * sizes%n_dofs) / sizes%n_ranks
+    cost%seconds = n_columns * (per(1) * sizes%factor_entries + per(2) * sizes%n_dofs) / factor_gain(sizes)
     cost%bytes = 8.0_rk * sizes%n_dofs * n_columns
   end function solves_cost
 
@@ -229,8 +229,16 @@ contains
     type(cost_t) :: cost
 
     cost = factorization_cost(sizes)
-    seconds = cost%seconds - analysis * sizes%n_dofs / sizes%n_ranks
+    seconds = cost%seconds - analysis * sizes%n_dofs / factor_gain(sizes)
   end function again_seconds
+
+  !> [-] Returns by how much several ranks make factorizations and solves faster: the upper part of the elimination tree belongs to
+  !> few of them, and the largest front to one.
+  pure real(rk) function factor_gain(sizes)
+    type(problem_size_t), intent(in) :: sizes
+
+    factor_gain = sqrt(real(sizes%n_ranks, rk))
+  end function factor_gain
 
   !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, or the step of a
   !> history with friction; and the displacement, by the responses or by one more solve.
