@@ -20,6 +20,8 @@ SCHEMA = json.loads((ROOT / "input" / "deck.schema.json").read_text())
 BASES = dict.fromkeys(("length", "m", "cm", "mm", "um"), (1, 0))
 BASES |= dict.fromkeys(("force", "N", "kN", "MN"), (0, 1))
 BASES |= dict.fromkeys(("Pa", "kPa", "MPa", "GPa"), (-2, 1))
+# times and temperatures stay
+BASES |= dict.fromkeys(("1", "time", "h", "s", "K"), (0, 0))
 AXES = ("x", "y", "z", "r")
 
 
@@ -33,7 +35,7 @@ class Scales:
     def of(self, unit):
         """Returns the factor of numbers with a unit, such as `force / length^2` or `N/mm2`; 1 if it has other words."""
         exponents = np.zeros(2)
-        for sign, name, power in re.findall(r"([*/]?) *([^ *^/\d]+)\^?(\d?)", unit):
+        for sign, name, power in re.findall(r"([*/]?) *(1|[^ *^/\d]+)\^?(\d*)", unit):
             if name not in BASES:
                 return 1.0
             exponents += (-1 if sign == "/" else 1) * int(power or 1) * np.array(BASES[name])
@@ -100,6 +102,9 @@ class ScaledDeck:
             return {name: self.range_of(name, entry) for name, entry in node[key].items()}
         if key == "points" and isinstance(node[key], list):
             return [self.point(point) for point in node[key]]
+        if key == "coefficient" and "exponent" in node:
+            n = node["exponent"]
+            return self.expression(node[key], self.scales.of(f"1/time/force^{n}*length^{2 * n}"))
         return self.walk(
             node[key], schema.get("properties", {}).get(key, schema.get("additionalProperties") or {}), unit
         )
