@@ -31,6 +31,7 @@ module sig_flow_model
   contains
     procedure :: is_there
     procedure :: evaluate
+    procedure :: point_materials
     procedure :: find_cell_means
   end type flow_model_t
 
@@ -72,6 +73,23 @@ contains
     call self%properties%compile(compiled, message)
     call compiled%evaluate(point, materials, self%temperatures(places, :), data%properties)
   end subroutine evaluate
+
+  !> Returns the material of each point of all flowing cells of the mesh, 1-based, in the order of `temperatures`. Local.
+  pure function point_materials(self, mesh, body) result(materials)
+    class(flow_model_t), intent(in) :: self
+    type(mesh_t), intent(in) :: mesh
+    type(elastic_body_t), intent(in) :: body
+    integer :: materials(size(self%temperatures, 1))
+    integer :: first, i, n
+
+    first = 0
+    do i = 1, mesh%n_cells
+      if (.not. body%flows_in(i)) cycle
+      n = count_points(mesh, body, [i])
+      materials(first + 1:first + n) = body%material_of_cell(i)
+      first = first + n
+    end do
+  end function point_materials
 
   !> Computes means over the integration points of each cell, in shape (n_cells); not a number where there is no such value. Local.
   subroutine find_cell_means(self, mesh, body, point, temperatures, yield_stresses)

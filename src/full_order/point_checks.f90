@@ -2,6 +2,7 @@
 !> Checks whether a problem can be solved at given points of its parameters, before any of them is solved.
 module sig_point_checks
   use sig_errors, only: error_t, make_error
+  use sig_flow_checks, only: check_flow_properties
   use sig_idle_loads, only: check_idle_loads
   use sig_kinds, only: rk
   use sig_materials, only: check_materials
@@ -19,8 +20,8 @@ contains
 
   !> Checks points before they are solved. The checks follow one another, each at all points. Errors: the first point where an
   !> elastic constant that depends on the parameters is not finite or out of its range; else where a term (prescribed value, load,
-  !> gap, imposed strain) is not finite; else where loads do work on an idle motion (check_idle_loads); else where an inert pair
-  !> penetrates, or a prescribed node its obstacle. Local.
+  !> gap, imposed strain) is not finite; else where a property of a material that flows is out of its range; else where loads do
+  !> work on an idle motion (check_idle_loads); else where an inert pair penetrates, or a prescribed node its obstacle. Local.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -36,6 +37,8 @@ contains
       call refuse_point(problem, points(:, i_bad_point), i_bad_source, error)
       return
     end if
+    call check_flow_properties(problem, points, error)
+    if (allocated(error)) return
     call check_idle_loads(problem, points, theta, error)
     if (allocated(error) .or. problem%inert%n_rows == 0) return
     do i_point = 1, size(points, 2)

@@ -260,17 +260,41 @@ def test_elastic_regions_may_have_any_element(signorom, tmp_path):
     signorom("solve", write_deck(tmp_path, "Q9", **{flow: ""}), folder=tmp_path)
 
 
-def test_values_out_of_range_at_a_place(signorom, tmp_path):
-    """A yield stress that the temperature makes negative at some points: the times before it are answered."""
-    deck = write_deck(
-        tmp_path,
+def deck_with_heat(folder, yield_stress):
+    """The deck with a yield stress of the temperature, which grows with time and along x."""
+    return write_deck(
+        folder,
         **{
-            "yield_stress: 200": 'yield_stress: "200 - T"',
+            "yield_stress: 200": f'yield_stress: "{yield_stress}"',
             "poisson_ratio: 0.3\n": "poisson_ratio: 0.3\n    thermal_expansion: 0\n",
             "contact:": 'imposed_strains: [{region: lower, temperature: "120*time*x", reference: 0}]\ncontact:',
         },
     )
-    done = signorom.run("solve", deck, folder=tmp_path)
+
+
+@pytest.mark.parametrize("command", ["check", "solve"])
+def test_values_out_of_range_at_a_place(signorom, tmp_path, command):
+    """A yield stress that the temperature makes negative at some points is refused before anything is solved."""
+    deck = deck_with_heat(tmp_path, "200 - T")
+    done = signorom.run(command, deck, folder=tmp_path)
+    assert done.returncode == 2, done.stderr
+    line = next(i for i, text in enumerate(deck.read_text().splitlines(), 1) if "yield_stress" in text)
+    found = re.search(
+        rf"{deck.name}:{line}:\d+: error: yield_stress of materials.soft is '200 - T', which is (\S+) "
+        r"at T = ([^,]+), .*; it must be positive",
+        done.stderr,
+    )
+    assert found, done.stderr
+    value, degrees = map(float, found.groups())
+    assert value < 0
+    assert value == pytest.approx(200 - degrees, rel=1e-12)
+
+
+def test_values_out_of_range_between_places(signorom, tmp_path):
+    """Only temperatures between the lowest and the highest make it negative: the times before are answered."""
+    done = signorom.run(
+        "solve", deck_with_heat(tmp_path, "200 - 400*exp(-((T - 145) / 8)^2)"), folder=tmp_path
+    )
     assert done.returncode == 3, done.stderr
     assert (
         "a value of plasticity or creep is not finite or out of its range at an integration point"
