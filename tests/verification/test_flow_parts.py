@@ -1,25 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decks of input/ whose materials yield and creep: their models, and what balances and physics say of the answers."""
+"""Decks of input/ whose materials yield and creep, by the tutorial: what it, balances and physics say of the answers."""
+
+import re
 
 import h5py
 import numpy as np
 import pytest
 
 from results import read_fields, read_table
-from runs import read_report, write_input
+from runs import read_report
+from tutorial import check_pictures, check_verdicts, follow
 
 # [-] of what Newton's method leaves, relative to the largest force
 ROUNDING = 1e-6
 # [-] what models with 8 and 16 training histories are made for
 FORCES = 0.01
-
-
-def run_deck(signorom, folder, name):
-    """Runs a deck, and insists on both verdicts: returns the folder of its results."""
-    said = signorom("run", write_input(name, folder), folder=folder)
-    assert "forces accepted: " in said
-    assert "fields accepted: " in said
-    return folder / "results" / name
 
 
 def check_errors(results):
@@ -40,19 +35,35 @@ def check_work(report):
 
 
 @pytest.fixture(scope="module")
-def rod(signorom, tmp_path_factory):
-    """Results of pcmi.yaml."""
-    return run_deck(signorom, tmp_path_factory.mktemp("rod"), "pcmi")
+def rod_part(signorom, tmp_path_factory):
+    """What the commands of the tutorial say of pcmi.yaml, and the folder of all results."""
+    folder = tmp_path_factory.mktemp("rod")
+    return follow("pcmi", signorom, folder), folder / "results"
 
 
 @pytest.fixture(scope="module")
-def clamp(signorom, tmp_path_factory):
+def rod(rod_part):
+    """Results of pcmi.yaml."""
+    return rod_part[1] / "pcmi"
+
+
+@pytest.fixture(scope="module")
+def clamp_part(signorom, tmp_path_factory):
+    """What the commands of the tutorial say of clamp_creep.yaml, and the folder of all results."""
+    folder = tmp_path_factory.mktemp("clamp")
+    return follow("clamp_creep", signorom, folder), folder / "results"
+
+
+@pytest.fixture(scope="module")
+def clamp(clamp_part):
     """Results of clamp_creep.yaml."""
-    return run_deck(signorom, tmp_path_factory.mktemp("clamp"), "clamp_creep")
+    return clamp_part[1] / "clamp_creep"
 
 
 @pytest.mark.parametrize("name", ["rod", "clamp"])
 def test_models(name, request):
+    outputs, _ = request.getfixturevalue(f"{name}_part")
+    check_verdicts(outputs)
     results = request.getfixturevalue(name)
     check_errors(results)
     check_work(read_report(results.parents[1], results.name))
@@ -114,3 +125,45 @@ def test_force_of_a_hot_bolt(clamp):
         rates = -np.diff(force[2:]) / np.diff(times[2:])
         assert (np.diff(rates) < 0).all()
     assert (histories[1][2:] < histories[0][2:]).all()
+
+
+def test_tutorial_of_the_rod(rod_part, rod):
+    """Numbers that the tutorial names."""
+    outputs, results = rod_part
+    trained = outputs["signorom run $CLONE/input/pcmi.yaml"]
+    assert re.search(r"inelastic strains: \d+ modes, \d+ of 144 integration points", trained)
+    assert "5 training histories: largest estimate of 100 candidates" in trained
+    assert re.search(
+        r"selected \d+ points by audit, tolerance 0.01, max_points 12: ended by tolerance", trained
+    )
+    assert "strains accepted" in trained
+    table = read_table(rod / "history.csv")
+    force = {
+        time: abs(table["contact_1_force_r"][np.isclose(table["time"], time)][0]) for time in (12, 60, 66, 72)
+    }
+    assert [f"{value:.0f}" for value in force.values()] == ["7563", "4771", "0", "4809"]
+    assert force[12] == -table["contact_1_force_r"].min()
+    slow = read_table(results / "slow" / "history.csv")
+    assert -slow["contact_1_force_r"].min() == pytest.approx(6890, rel=2e-3)
+
+
+def test_tutorial_of_the_clamp(clamp_part, clamp):
+    """Numbers that the tutorial names: the bolt that creeps, and is tightened again."""
+    _, results = clamp_part
+    table = read_table(clamp / "history.csv")
+    at = table["contact_2_force_z"][np.isclose(table["time"], 1000)]
+    assert [f"{value:.0f}" for value in (table["contact_2_force_z"][0], *at)] == ["4911", "2941", "2336"]
+    again = read_table(results / "again" / "history.csv")
+    at = [again["contact_2_force_z"][np.isclose(again["time"], time)][0] for time in (500, 502, 1000)]
+    assert at == pytest.approx([3060, 4510, 3060], rel=3e-3)
+    assert again["error_estimate"][-1] < 0.005
+
+
+def test_pictures_of_the_tutorial(signorom, rod_part, clamp_part):
+    """All that it names."""
+    _, results = rod_part
+    names = ["pcmi/figures/histories.png", "pcmi/figures/errors_over_time.png", "pcmi/figures/animation.gif"]
+    check_pictures(signorom, results, *names, "slow/figures/histories.png")
+    _, results = clamp_part
+    names = ["clamp_creep/figures/hysteresis.png", "clamp_creep/figures/check_bodies.png"]
+    check_pictures(signorom, results, *names, "again/figures/histories.png")

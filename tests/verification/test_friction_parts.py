@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Decks of input/ with friction: their models, and what physics says of the answers."""
+"""Decks of input/ with friction, by the tutorial: what it and physics say of the answers."""
 
 import itertools
 
@@ -10,16 +10,9 @@ import pytest
 from friction_formulas import ShaftInHub
 from results import read_table
 from runs import read_report, write_input
+from tutorial import check_pictures, check_verdicts, follow
 
 EXACT = 1e-9
-
-
-def run_deck(signorom, folder, name):
-    """Runs a deck, and insists on both verdicts: returns the folder of its results."""
-    said = signorom("run", write_input(name, folder), folder=folder)
-    assert "forces accepted: " in said
-    assert "fields accepted: " in said
-    return folder / "results" / name
 
 
 def columns_of(table, kind):
@@ -39,9 +32,16 @@ SHAFT_CONTACT = 2 * np.pi * 10.0 * 30.0
 
 
 @pytest.fixture(scope="module")
-def press_fit(signorom, tmp_path_factory):
+def press_fit_part(signorom, tmp_path_factory):
+    """What the commands of the tutorial say of press_fit_pull.yaml, and the folder of all results."""
+    folder = tmp_path_factory.mktemp("press_fit")
+    return follow("press_fit_pull", signorom, folder), folder / "results"
+
+
+@pytest.fixture(scope="module")
+def press_fit(press_fit_part):
     """Results of press_fit_pull.yaml."""
-    return run_deck(signorom, tmp_path_factory.mktemp("press_fit"), "press_fit_pull")
+    return press_fit_part[1] / "press_fit_pull"
 
 
 def predicted(signorom, results, folder, *arguments):
@@ -173,9 +173,16 @@ def test_press_fit_in_a_cycle(signorom, press_fit, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def joint(signorom, tmp_path_factory):
+def joint_part(signorom, tmp_path_factory):
+    """What the commands of the tutorial say of bolted_joint.yaml, and the folder of all results."""
+    folder = tmp_path_factory.mktemp("joint")
+    return follow("bolted_joint", signorom, folder), folder / "results"
+
+
+@pytest.fixture(scope="module")
+def joint(joint_part):
     """Results of bolted_joint.yaml."""
-    return run_deck(signorom, tmp_path_factory.mktemp("joint"), "bolted_joint")
+    return joint_part[1] / "bolted_joint"
 
 
 def shear_of(table):
@@ -263,3 +270,44 @@ def test_preload_of_the_joint(signorom, joint, tmp_path):
         preloads.append(answers["contact_1_force_z"][:2])
     assert preloads[0] == pytest.approx(preloads[1] / 3, rel=1e-7)
     assert preloads[0][0] == pytest.approx(preloads[0][1] / 2, rel=1e-7)
+
+
+def test_tutorial_of_the_press_fit(press_fit_part, press_fit):
+    """Verdict, and numbers that the tutorial names: the shaft that is pulled out."""
+    outputs, results = press_fit_part
+    check_verdicts(outputs)
+    checked = outputs["signorom check $CLONE/input/press_fit_pull.yaml --fields"]
+    assert "440 training, 220 test; 44 times of each point are counted" in checked
+    last = {name: values[-1] for name, values in read_table(press_fit / "history.csv").items()}
+    assert f"{last['contact_1_force_z']:.0f}" == "23396"
+    assert last["contact_1_slip_share"] == pytest.approx(1)
+    force = read_table(results / "cycle" / "history.csv")["contact_1_force_z"]
+    assert -force.min() > 1.1 * force.max()
+
+
+def test_tutorial_of_the_joint(joint_part):
+    """Verdict, and numbers that the tutorial names: the bolted joint."""
+    outputs, results = joint_part
+    check_verdicts(outputs)
+    checked = outputs["signorom check $CLONE/input/bolted_joint.yaml --fields"]
+    assert "only contact holds the body 'bolt'" in checked
+    table = read_table(results / "shear" / "history.csv")
+    assert f"{table['contact_1_force_z'][-1]:.0f}" == "1709"
+    assert f"{-table['contact_1_force_x'][-1]:.0f}" == "205"
+    assert f"{-table['contact_2_force_x'][-1]:.0f}" == "205"
+    first, second = (table["contact_1_force_x"][np.isclose(table["time"], time)] for time in (6, 10))
+    assert second == pytest.approx(first, rel=1e-6)
+
+
+def test_pictures_of_the_tutorial(signorom, press_fit_part, joint_part):
+    """All that it names."""
+    _, results = press_fit_part
+    names = [
+        f"press_fit_pull/figures/{name}" for name in ("hysteresis.png", "stick_slip.png", "animation.gif")
+    ]
+    check_pictures(signorom, results, *names, "cycle/figures/hysteresis.png")
+    _, results = joint_part
+    names = [
+        f"bolted_joint/{name}.png" for name in ("figures/hysteresis", "figures/stick_slip", "head/hysteresis")
+    ]
+    check_pictures(signorom, results, *names, "shear/figures/hysteresis.png")
