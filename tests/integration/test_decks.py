@@ -4,6 +4,7 @@
 import functools
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -124,19 +125,40 @@ def petsc_version():
     return tuple(int(number) for number in version.split("."))
 
 
+@pytest.fixture(scope="module")
+def refusals(tmp_path_factory):
+    """Of `check` with each invalid deck: standard output, standard error and exit code. No file is written.
+
+    All in one process; that the program itself ends with these exit codes is said by test_bad_input.
+    """
+    folder = tmp_path_factory.mktemp("empty")
+    commands = tmp_path_factory.mktemp("commands") / "commands"
+    commands.write_text("".join(f"check {deck}\n" for deck in INVALID))
+    program = EXECUTABLE.parent / "tests" / "run_commands"
+    done = subprocess.run(
+        [program, commands], cwd=folder, capture_output=True, text=True, timeout=600, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert list(folder.iterdir()) == []
+    outputs, errors = (re.split(r"(?m)^exit code (\d+)\n", stream) for stream in (done.stdout, done.stderr))
+    # texts and exit codes take turns; the last text, behind the last code, is empty
+    return dict(
+        zip(INVALID, zip(outputs[::2], errors[::2], map(int, errors[1::2]), strict=False), strict=True)
+    )
+
+
 @pytest.mark.parametrize("deck", INVALID, ids=lambda path: path.stem)
-def test_invalid_deck_gets_its_message(deck, tmp_path):
+def test_invalid_deck_gets_its_message(deck, refusals):
     first_line = deck.read_text().splitlines()[0]
     assert first_line.startswith(EXPECT)
     expected = first_line.removeprefix(EXPECT)
     if "needs PETSc 3.19" in expected and petsc_version() >= (3, 19):
         pytest.skip("this PETSc can do it")
     separator = ":" if expected[0].isdigit() else ": "
-    done = check(deck, tmp_path)
-    assert done.stderr.splitlines()[0] == f"{deck}{separator}{expected}"
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert list(tmp_path.iterdir()) == []
+    stdout, stderr, exit_code = refusals[deck]
+    assert stderr.splitlines()[0] == f"{deck}{separator}{expected}"
+    assert exit_code == 2
+    assert stdout == ""
 
 
 def test_key_table_is_up_to_date():
