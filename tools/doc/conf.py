@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Settings of Sphinx; build.py puts the pages together and calls it."""
 
+import functools
 import os
 import sys
 from pathlib import Path
 
 from pygments.lexers.c_cpp import CLexer
 from sphinx.highlighting import lexers
+from sphinx.search.en import SearchEnglish
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -25,6 +27,8 @@ html_css_files = ["signorom.css"]
 html_js_files = ["signorom.js"]
 highlight_language = "none"  # most blocks are commands, formulas and pieces of decks
 lexers["geo"] = CLexer()  # scripts of gmsh
+# Sphinx remembers the stems of words for one page; most words stand on hundreds of them
+SearchEnglish.stem = functools.cache(SearchEnglish.stem)
 default_role = "literal"  # `word` in a Python docstring
 myst_heading_anchors = 4
 exclude_patterns = ["doxygen"]
