@@ -1,19 +1,20 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> The linear problem of a step (sig_friction_unknowns) from the factors of an earlier one, of this time or of one before.
 !>
-!> From step to step few contacts change their state, and directions turn a little: P^-1 J is near the unit matrix, where J is the
-!> matrix of this step and P the one that was factored last. So the change of the unknowns is sought by GMRES (Saad and Schultz
-!> 1986) with P, from what the last step left, in few iterations of n m + m^2 operations for m unknowns and n rows, in place of m^3
-!> / 3. Unknowns that P does not have are divided by their diagonal entry of J. As soon as iterations have cost as much as factors
-!> would, J is factored, and is the next P: so a step costs at most twice what it does with the better choice. J has the unknowns of
-!> W or of its inverse A, whichever are fewer at that moment.
+!> From step to step few contacts change their state: their laws are exchanged (sig_friction_exchange), which costs m^2 operations
+!> for each row whose law is another one since P, the matrix of m unknowns that was factored last, in place of m^3 / 3. Where
+!> directions turn a little, or coefficients of friction change, this is near J^-1, where J is the matrix of this step: then GMRES
+!> (Saad and Schultz 1986) seeks the change of the unknowns, from what the last step left, in few iterations of n m + m^2
+!> operations for n rows. J is factored, and is the next P, where more than a quarter of the laws differ, or as soon as iterations
+!> have cost as much as factors would. J has the unknowns of W or of its inverse A, whichever are fewer at that moment.
 !>
 !> P is a function of the numbers that `kept_factors_t` remembers, and is computed from them in one way. So a history has the same
 !> bits where its state was saved and restored, and what a room answered before changes none.
 module sig_friction_kept
-  use sig_dense_kernels, only: add_few_columns, factor_lu, multiply, reciprocal_condition_lu, solve_lu
+  use sig_dense_kernels, only: add_few_columns, factor_lu, multiply, reciprocal_condition_lu, solve_lu, sum_of_sizes
+  use sig_friction_exchange, only: choose_exchanged, divide, prepare_exchange
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_unknown_t, &
-    friction_workspace_t, most_searched
+    friction_workspace_t, length, most_searched
   use sig_friction_unknowns, only: assemble, count_unknowns, fill_independent, list_unknowns, start_unknowns, sum_equations
   use sig_kinds, only: rk
   use sig_lcp_types, only: measure_pivots, trusted_pivots
@@ -21,6 +22,9 @@ module sig_friction_kept
   implicit none(type, external)
   private
   public :: solve_anew, solve_kept, remove_rounding
+
+  !> laws are exchanged in at most this part of the unknowns: solutions for more rows cost as much as factors
+  integer, parameter :: exchanged_share = 4
 
 contains
 
@@ -39,13 +43,14 @@ contains
     integer :: n
 
     call list(.false., friction, contacts, workspace, n)
-    call factor(matrix, n, workspace, is_singular)
+    call factor(matrix, workspace%unknowns(:n), workspace, is_singular)
     workspace%kept%is_factored = .false.
     if (is_singular) return
     lambda = 0
     call sum_equations(workspace%unknowns(:n), workspace%free, lambda, workspace%x)
     workspace%x(:n) = -workspace%x(:n)
     if (n > 0) call solve_lu(n, workspace%factors, workspace%pivots, workspace%x)
+    workspace%kept%n_operations = workspace%kept%n_operations + 2 * real(n, rk)**2
     call fill_independent(workspace%unknowns(:n), workspace%x(:n), lambda)
   end subroutine solve_anew
 
@@ -64,7 +69,7 @@ contains
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_singular
     real(rk) :: cost, left
-    integer :: n, n_inverse
+    integer :: n, n_inverse, n_least
     logical :: is_done, is_inverse
 
     is_singular = .false.
@@ -73,26 +78,28 @@ contains
       n = count_unknowns(.false., contacts, states)
       n_inverse = count_unknowns(.true., contacts, states)
       is_inverse = n_inverse < n
-      left = cost_of_factors(min(n, n_inverse)) - kept%spent
-      if (kept%is_inverse) n = n_inverse
-      cost = cost_of_iteration(n, size(lambda))
-      if (kept%is_set .and. left >= cost) call solve_by(int(min(left / cost, real(most_searched, rk))))
+      n_least = min(n, n_inverse)
+      if (kept%is_set) then
+        left = cost_of_factors(n_least) - kept%spent
+        cost = cost_of_iteration(merge(n_inverse, n, kept%is_inverse), size(lambda))
+        call solve_by(int(max(0.0_rk, min(left / max(cost, 1.0_rk), real(most_searched, rk)))), n_least / exchanged_share)
+      end if
       if (is_done .or. is_singular) return
       call remember(friction, is_inverse, contacts, workspace)
-      call solve_by(most_searched)
+      call solve_by(most_searched, 0)
       ! what a step does with its own factors does not speak against them
       kept%spent = 0
     end associate
 
   contains
 
-    subroutine solve_by(n_most)
-      integer, intent(in) :: n_most
+    subroutine solve_by(n_most, n_most_exchanged)
+      integer, intent(in) :: n_most, n_most_exchanged
 
       if (workspace%kept%is_inverse) then
-        call improve(inverse, friction, contacts, share, n_most, lambda, workspace, is_done, is_singular)
+        call improve(inverse, friction, contacts, share, n_most, n_most_exchanged, lambda, workspace, is_done, is_singular)
       else
-        call improve(matrix, friction, contacts, share, n_most, lambda, workspace, is_done, is_singular)
+        call improve(matrix, friction, contacts, share, n_most, n_most_exchanged, lambda, workspace, is_done, is_singular)
       end if
     end subroutine solve_by
   end subroutine solve_kept
@@ -135,42 +142,90 @@ contains
   end subroutine remember
 
   !> Changes the forces and openings to those of the states in the workspace, with the factors that are remembered.
-  subroutine improve(square, friction, contacts, share, n_most, lambda, workspace, is_done, is_singular)
+  subroutine improve(square, friction, contacts, share, n_most, n_most_exchanged, lambda, workspace, is_done, is_singular)
     !> W or its inverse
     real(rk), contiguous, intent(in) :: square(:, :)
     real(rk), intent(in) :: friction(:)
     type(friction_contacts_t), intent(in) :: contacts
     real(rk), intent(in) :: share
-    !> iterations
-    integer, intent(in) :: n_most
+    !> iterations, and rows whose laws may be exchanged
+    integer, intent(in) :: n_most, n_most_exchanged
     real(rk), contiguous, intent(inout) :: lambda(:)
     type(friction_workspace_t), intent(inout) :: workspace
     !> whether they suffice
     logical, intent(out) :: is_done
     logical, intent(out) :: is_singular
     integer :: n
+    logical :: is_exact, is_usable
 
     is_singular = .false.
     is_done = .false.
+    call choose_exchanged(friction, contacts, workspace, is_exact)
+    if (workspace%kept%exchange%n > min(n_most_exchanged, size(workspace%kept%exchange%laws))) return
+    if (.not. is_exact .and. n_most < 1) return
     if (.not. workspace%kept%is_factored) call restore_factors(square, contacts, workspace, is_singular)
     if (is_singular) return
     call list(workspace%kept%is_inverse, friction, contacts, workspace, n)
-    associate (kept => workspace%kept, n_rows => size(lambda), unknowns => workspace%unknowns(:n), x => workspace%x(:n))
-      associate (y => kept%y(:n_rows), z => kept%z(:n_rows), change => kept%basis(:n_rows, 1))
-        y = merge(lambda, workspace%w(:n_rows), kept%is_inverse)
-        z = merge(workspace%w(:n_rows), lambda, kept%is_inverse)
-        call start_unknowns(unknowns, z, x)
-        call fill_independent(unknowns, x, change)
-        change = change - z
-        call add_few_columns(square, change, y)
-        z = z + change
-        is_done = n == 0
-        if (n > 0) call search(square, share, n_most, unknowns, x, workspace, is_done)
-        lambda = merge(y, z, kept%is_inverse)
-        workspace%w(:n_rows) = merge(z, y, kept%is_inverse)
-      end associate
+    call prepare_exchange(square, friction, contacts, workspace%unknowns(:n), workspace, is_usable)
+    if (.not. is_usable) return
+    associate (kept => workspace%kept, n_rows => size(lambda), unknowns => workspace%unknowns(:n))
+      if (kept%is_inverse) then
+        kept%y(:n_rows) = lambda
+        kept%z(:n_rows) = workspace%w(:n_rows)
+      else
+        kept%y(:n_rows) = workspace%w(:n_rows)
+        kept%z(:n_rows) = lambda
+      end if
+      call start_unknowns(unknowns, kept%z(:n_rows), workspace%x(:n))
+      call move_to_unknowns(square, unknowns, workspace)
+      is_done = n == 0
+      if (n > 0 .and. is_exact) call solve_exactly(square, contacts, unknowns, workspace, is_done)
+      if (n > 0 .and. .not. is_exact) call search(square, contacts, share, n_most, unknowns, workspace%x(:n), workspace, is_done)
+      if (kept%is_inverse) then
+        lambda = kept%y(:n_rows)
+        workspace%w(:n_rows) = kept%z(:n_rows)
+      else
+        workspace%w(:n_rows) = kept%y(:n_rows)
+        lambda = kept%z(:n_rows)
+      end if
     end associate
   end subroutine improve
+
+  !> Changes z to what the unknowns make of it, and y with it.
+  subroutine move_to_unknowns(square, unknowns, workspace)
+    real(rk), contiguous, intent(in) :: square(:, :)
+    type(friction_unknown_t), intent(in) :: unknowns(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+
+    associate (kept => workspace%kept, n_rows => size(square, 1))
+      associate (change => kept%basis(:n_rows, 1))
+        call fill_independent(unknowns, workspace%x(:size(unknowns)), change)
+        change = change - kept%z(:n_rows)
+        call add_few_columns(square, change, kept%y(:n_rows))
+        kept%z(:n_rows) = kept%z(:n_rows) + change
+      end associate
+    end associate
+  end subroutine move_to_unknowns
+
+  !> Solves where the laws that differ from those of the factors are exchanged.
+  subroutine solve_exactly(square, contacts, unknowns, workspace, is_done)
+    real(rk), contiguous, intent(in) :: square(:, :)
+    type(friction_contacts_t), intent(in) :: contacts
+    type(friction_unknown_t), intent(in) :: unknowns(:)
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_done
+    real(rk) :: left(size(unknowns))
+
+    associate (kept => workspace%kept, n_rows => size(square, 1))
+      call sum_equations(unknowns, kept%y(:n_rows), kept%z(:n_rows), left)
+      left = -left
+      call divide(square, contacts, unknowns, workspace, left)
+      is_done = sum_of_sizes(left) <= huge(left)
+      if (.not. is_done) return
+      workspace%x(:size(unknowns)) = workspace%x(:size(unknowns)) + left
+      call move_to_unknowns(square, unknowns, workspace)
+    end associate
+  end subroutine solve_exactly
 
   !> Lists the unknowns of the states in the workspace.
   pure subroutine list(is_inverse, friction, contacts, workspace, n)
@@ -194,41 +249,46 @@ contains
 
     associate (kept => workspace%kept)
       call list_unknowns(kept%is_inverse, kept%friction, contacts, kept%states, kept%directions, kept%softness, workspace%c, &
-        workspace%unknowns, n)
-      call factor(square, n, workspace, is_singular)
+        kept%unknowns, n)
+      call factor(square, kept%unknowns(:n), workspace, is_singular)
       kept%is_set = .not. is_singular
       kept%is_factored = .not. is_singular
       kept%n = n
       kept%places(:size(square, 1)) = 0
       do j = 1, n
-        kept%places(workspace%unknowns(j)%home) = j
+        kept%places(kept%unknowns(j)%home) = j
       end do
+      call kept%exchange%clear()
     end associate
   end subroutine restore_factors
 
   !> Factors the matrix of the unknowns, and finds whether it is numerically singular.
-  subroutine factor(square, n, workspace, is_singular)
+  subroutine factor(square, unknowns, workspace, is_singular)
     real(rk), contiguous, intent(in) :: square(:, :)
-    integer, intent(in) :: n
+    type(friction_unknown_t), intent(in) :: unknowns(:)
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_singular
     real(rk) :: norm, ratio
     integer :: info
 
     is_singular = .false.
-    if (n == 0) return
-    call assemble(square, workspace%unknowns(:n), workspace%factors, norm)
-    call factor_lu(n, workspace%factors, workspace%pivots, info)
-    workspace%kept%n_operations = workspace%kept%n_operations + cost_of_factors(n)
-    call measure_pivots(workspace%factors, n, ratio)
-    is_singular = info /= 0 .or. .not. ratio > 0
-    if (is_singular .or. ratio >= trusted_pivots) return
-    is_singular = .not. reciprocal_condition_lu(n, workspace%factors, norm, workspace%work, workspace%signs) > singular_reciprocal
+    if (size(unknowns) == 0) return
+    associate (n => size(unknowns))
+      call assemble(square, unknowns, workspace%factors, norm)
+      call factor_lu(n, workspace%factors, workspace%pivots, info)
+      workspace%kept%n_operations = workspace%kept%n_operations + cost_of_factors(n)
+      call measure_pivots(workspace%factors, n, ratio)
+      is_singular = info /= 0 .or. .not. ratio > 0
+      if (is_singular .or. ratio >= trusted_pivots) return
+      is_singular = .not. reciprocal_condition_lu(n, workspace%factors, norm, workspace%work, workspace%signs) > &
+        singular_reciprocal
+    end associate
   end subroutine factor
 
   !> Improves the unknowns by GMRES with the kept factors: changes y and z.
-  subroutine search(square, share, n_most, unknowns, x, workspace, is_done)
+  subroutine search(square, contacts, share, n_most, unknowns, x, workspace, is_done)
     real(rk), contiguous, intent(in) :: square(:, :)
+    type(friction_contacts_t), intent(in) :: contacts
     real(rk), intent(in) :: share
     integer, intent(in) :: n_most
     type(friction_unknown_t), intent(in) :: unknowns(:)
@@ -236,17 +296,16 @@ contains
     real(rk), contiguous, intent(inout) :: x(:)
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_done
-    real(rk) :: bottom(size(unknowns)), left(size(unknowns)), moved(size(square, 1))
+    real(rk) :: left(size(unknowns)), moved(size(square, 1))
     real(rk) :: h(n_most + 1, n_most), rest(n_most + 1), turn(2, n_most)
     real(rk) :: goal
     integer :: i, j
 
     associate (kept => workspace%kept, n => size(unknowns), n_rows => size(square, 1))
       associate (y => kept%y(:n_rows), z => kept%z(:n_rows), basis => kept%basis, images => kept%images)
-        call find_diagonal(square, unknowns, bottom)
         call sum_equations(unknowns, y, z, left)
         left = -left
-        call divide(unknowns, bottom, workspace, left)
+        call divide(square, contacts, unknowns, workspace, left)
         rest(1) = norm2(left)
         goal = max(share * rest(1), 2 * epsilon(goal) * (norm2(x) + rest(1)))
         is_done = rest(1) <= goal
@@ -257,7 +316,7 @@ contains
           images(:n_rows, j) = 0
           call add_few_columns(square, moved, images(:n_rows, j))
           call sum_equations(unknowns, images(:n_rows, j), moved, left)
-          call divide(unknowns, bottom, workspace, left)
+          call divide(square, contacts, unknowns, workspace, left)
           do i = 1, j
             h(i, j) = dot_product(basis(:n, i), left)
             left = left - h(i, j) * basis(:n, i)
@@ -270,7 +329,7 @@ contains
         end do
         j = min(j, n_most)
         kept%spent = kept%spent + j * cost_of_iteration(n, n_rows)
-        kept%n_operations = kept%n_operations + (j + 1) * cost_of_iteration(n, n_rows)
+        kept%n_operations = kept%n_operations + j * (cost_of_iteration(n, n_rows) - 2 * real(n, rk)**2)
         do i = j, 1, -1
           rest(i) = (rest(i) - dot_product(h(i, i + 1:j), rest(i + 1:j))) / h(i, i)
         end do
@@ -302,51 +361,6 @@ contains
     rest(j) = turn(1, j) * rest(j)
   end subroutine turn_column
 
-  !> Computes the diagonal entries of the matrix of the unknowns.
-  pure subroutine find_diagonal(square, unknowns, diagonal)
-    real(rk), intent(in) :: square(:, :)
-    type(friction_unknown_t), intent(in) :: unknowns(:)
-    real(rk), intent(out) :: diagonal(:)
-    integer :: m, j
-
-    do j = 1, size(unknowns)
-      associate (one => unknowns(j))
-        m = one%n_rows
-        diagonal(j) = dot_product(one%of_y(:m), matmul(square(one%rows(:m), one%rows(:m)), one%moves(:m))) + &
-          dot_product(one%of_z, one%moves)
-      end associate
-      if (.not. abs(diagonal(j)) > 0) diagonal(j) = 1
-    end do
-  end subroutine find_diagonal
-
-  !> Computes P^-1 times a vector.
-  subroutine divide(unknowns, diagonal, workspace, vector)
-    type(friction_unknown_t), intent(in) :: unknowns(:)
-    real(rk), intent(in) :: diagonal(:)
-    type(friction_workspace_t), intent(inout) :: workspace
-    real(rk), intent(inout) :: vector(:)
-    integer :: j
-
-    associate (kept => workspace%kept, work => workspace%work)
-      work(:kept%n) = 0
-      do j = 1, size(unknowns)
-        associate (place => kept%places(unknowns(j)%home))
-          if (place > 0) then
-            work(place) = vector(j)
-          else
-            vector(j) = vector(j) / diagonal(j)
-          end if
-        end associate
-      end do
-      if (kept%n > 0) call solve_lu(kept%n, workspace%factors, workspace%pivots, work)
-      do j = 1, size(unknowns)
-        associate (place => kept%places(unknowns(j)%home))
-          if (place > 0) vector(j) = work(place)
-        end associate
-      end do
-    end associate
-  end subroutine divide
-
   !> Makes forces that were computed from openings meet the laws of contacts that do not stick exactly, where they do so up to
   !> rounding. Their openings stay.
   pure subroutine remove_rounding(states, friction, contacts, lambda)
@@ -356,15 +370,18 @@ contains
     !> [force] shape (n_rows)
     real(rk), intent(inout) :: lambda(:)
     real(rk) :: force
-    integer :: k
+    integer :: i, k
 
     do k = 1, contacts%n_contacts
       if (states(k) == contact_sticks) cycle
-      associate (rows => contacts%tangents(:contacts%n_tangents(k), k))
-        if (states(k) == contact_open) lambda(k) = 0
-        force = norm2(lambda(rows))
-        if (force > 0) lambda(rows) = lambda(rows) * (friction(k) * lambda(k) / force)
-      end associate
+      if (states(k) == contact_open) lambda(k) = 0
+      force = length(contacts%tangential(k, lambda))
+      if (.not. force > 0) cycle
+      do i = 1, contacts%n_tangents(k)
+        associate (tangential => lambda(contacts%tangents(i, k)))
+          tangential = tangential * (friction(k) * lambda(k) / force)
+        end associate
+      end do
     end do
   end subroutine remove_rounding
 end module sig_friction_kept

@@ -11,7 +11,7 @@ module sig_friction_problem
   use sig_friction_newton, only: is_given, run_newton
   use sig_friction_sweeps, only: run_sweeps
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
-    friction_workspace_t, project, scale_projections, sum_up
+    friction_workspace_t, length, project, scale_projections, sum_up
   use sig_kinds, only: rk
   use sig_lcp, only: solve_lcp
   use sig_linear_algebra, only: largest_size
@@ -262,12 +262,11 @@ contains
     workspace%states(k) = contact_slips
     if (.not. f > 0) return
     n = contacts%n_tangents(k)
-    force = 0
-    force(:n) = lambda(contacts%tangents(:n, k))
-    if (state == contact_sticks .or. norm2(force) <= 0) then
+    force = contacts%tangential(k, lambda)
+    if (state == contact_sticks .or. length(force) <= 0) then
       workspace%states(k) = contact_sticks
     else
-      workspace%directions(:, k) = force / norm2(force)
+      workspace%directions(:, k) = force / length(force)
       if (n == 2) workspace%softness(k) = 0
     end if
   end subroutine set_state
@@ -331,7 +330,7 @@ contains
     logical, intent(out) :: is_changed
     real(rk) :: before(size(solution%lambda))
     real(rk) :: radius, softest, tangential
-    integer :: k
+    integer :: i, k
 
     before = solution%lambda
     softest = 0
@@ -340,14 +339,17 @@ contains
     end do
     do k = 1, contacts%n_contacts
       if (contacts%is_tied(k)) cycle
-      associate (normal => solution%lambda(k), rows => contacts%tangents(:contacts%n_tangents(k), k))
+      associate (lambda => solution%lambda, normal => solution%lambda(k))
         if (normal * softest <= rounding * workspace%row_size(k)) then
           normal = 0
           solution%states(k) = contact_open
         end if
         radius = f(k) * normal
-        tangential = norm2(solution%lambda(rows))
-        if (tangential > radius) solution%lambda(rows) = solution%lambda(rows) * (radius / tangential)
+        tangential = length(contacts%tangential(k, lambda))
+        if (.not. tangential > radius) cycle
+        do i = 1, contacts%n_tangents(k)
+          lambda(contacts%tangents(i, k)) = lambda(contacts%tangents(i, k)) * (radius / tangential)
+        end do
       end associate
     end do
     is_changed = any(abs(solution%lambda - before) > 0)
@@ -396,7 +398,7 @@ contains
     type(friction_contacts_t), intent(in) :: contacts
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(in) :: workspace
-    integer :: k
+    integer :: i, k
 
     associate (first => contacts%n_contacts + 1, last => contacts%n_forces(), openings => solution%openings)
       openings(:last) = workspace%w(:last)
@@ -405,9 +407,9 @@ contains
       do k = 1, contacts%n_contacts
         if (solution%states(k) /= contact_open) openings(k) = 0
         if (solution%states(k) /= contact_sticks) cycle
-        associate (rows => contacts%tangents(:contacts%n_tangents(k), k))
-          openings(rows) = -origins(rows)
-        end associate
+        do i = 1, contacts%n_tangents(k)
+          openings(contacts%tangents(i, k)) = -origins(contacts%tangents(i, k))
+        end do
       end do
     end associate
   end subroutine set_openings

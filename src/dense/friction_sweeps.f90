@@ -58,8 +58,8 @@ contains
     integer :: i, j, n, rows(3)
 
     n = 1 + contacts%n_tangents(k)
-    rows(:n) = contacts%rows_of(k)
-    associate (first => contacts%n_forces() + 1, last => contacts%n_rows(), w => workspace%w)
+    rows = [k, contacts%tangents(:, k)]
+    associate (first => size(lambda) - contacts%n_motions + 1, last => size(lambda), w => workspace%w)
       do i = 1, n
         forces(i) = lambda(rows(i))
         free(i) = w(rows(i)) - workspace%weight * dot_product(matrix(rows(i), first:last), w(first:last))

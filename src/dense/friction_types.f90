@@ -16,8 +16,8 @@ module sig_friction_types
   use sig_reasons, only: reason_not_finite
   implicit none(type, external)
   private
-  public :: friction_contacts_t, friction_solution_t, friction_workspace_t, friction_unknown_t, kept_factors_t
-  public :: scale_projections, sum_up, project
+  public :: friction_contacts_t, friction_solution_t, friction_workspace_t, friction_unknown_t, kept_factors_t, law_exchange_t
+  public :: scale_projections, sum_up, project, length
 
   !> states of a contact; a closed contact without friction slips
   integer, parameter, public :: contact_open = 0
@@ -28,6 +28,8 @@ module sig_friction_types
   integer, parameter, public :: most_steps = 60
   !> most iterations with kept factors
   integer, parameter, public :: most_searched = 30
+  !> most rows whose laws may differ from those of kept factors
+  integer, parameter, public :: most_exchanged = 256
 
   !> What each row of W belongs to. The rows are the normal rows of all contacts, in their order; then all tangential rows; then one
   !> row for each motion.
@@ -45,6 +47,7 @@ module sig_friction_types
     procedure :: n_forces
     procedure :: n_tangents
     procedure :: rows_of
+    procedure :: tangential
   end type friction_contacts_t
 
   !> The answer of a step, and the start of the next one.
@@ -79,6 +82,35 @@ module sig_friction_types
     real(rk) :: of_z(3) = 0
   end type friction_unknown_t
 
+  !> Rows whose laws are not those of the factors (sig_friction_exchange), and what was solved for such rows since these factors.
+  type :: law_exchange_t
+    !> the rows C: their number, contacts, which row of the contact, and laws of J as equations, whose home is this row
+    integer :: n = 0
+    integer, allocatable :: contacts(:)
+    integer, allocatable :: slots(:)
+    type(friction_unknown_t), allocatable :: laws(:)
+    !> place of each row among the unknowns of J, 0: none; shape (capacity)
+    integer, allocatable :: place_in_new(:)
+    !> Z_j, and in which column that of a row is, 0: nowhere; shapes (capacity, most_exchanged) and (capacity)
+    integer :: n_columns = 0
+    real(rk), allocatable :: columns(:, :)
+    integer, allocatable :: column_of(:)
+    !> y of the columns in some rows; which rows these are, and the place of a row among them, 0: none
+    integer :: n_images = 0
+    real(rk), allocatable :: images(:, :)
+    integer, allocatable :: image_rows(:)
+    integer, allocatable :: image_of(:)
+    !> equations of r: matrix, then its factors, pivots, and right-hand side, then r
+    real(rk), allocatable :: square(:, :)
+    integer, allocatable :: pivots(:)
+    real(rk), allocatable :: x(:)
+    !> independent numbers, shape (capacity); 0 behind those of the problem
+    real(rk), allocatable :: known(:)
+  contains
+    procedure :: clear
+    procedure :: reserve => reserve_exchange
+  end type law_exchange_t
+
   !> What a step leaves for the next ones (sig_friction_kept): which matrix was factored, and work arrays. The factors themselves
   !> are those of friction_workspace_t.
   type :: kept_factors_t
@@ -99,9 +131,11 @@ module sig_friction_types
     logical :: is_factored = .false.
     !> whether W was found to be finite
     logical :: is_checked = .false.
-    !> order of the factors; place of a row in them, 0: none; shape (capacity)
+    !> order of the factors, their unknowns, and the place of a row among these, 0: none; shape (capacity)
     integer :: n = 0
+    type(friction_unknown_t), allocatable :: unknowns(:)
     integer, allocatable :: places(:)
+    type(law_exchange_t) :: exchange
     !> dependent and independent numbers of all rows, and the forces without openings; shapes (capacity)
     real(rk), allocatable :: y(:)
     real(rk), allocatable :: z(:)
@@ -176,7 +210,7 @@ contains
     class(friction_contacts_t), intent(in) :: self
     integer, intent(in) :: contact
 
-    n_tangents = count(self%tangents(:, contact) > 0)
+    n_tangents = merge(1, 0, self%tangents(1, contact) > 0) + merge(1, 0, self%tangents(2, contact) > 0)
   end function n_tangents
 
   !> Returns the rows of a contact: its normal row, then its tangential rows; shape (1 to 3).
@@ -189,6 +223,21 @@ contains
     rows(2:) = self%tangents(:size(rows) - 1, contact)
   end function rows_of
 
+  !> Returns the numbers of the tangential rows of a contact; 0 where there is none. It allocates nothing.
+  pure function tangential(self, contact, numbers) result(pair)
+    class(friction_contacts_t), intent(in) :: self
+    integer, intent(in) :: contact
+    !> of all rows, shape (n_rows)
+    real(rk), intent(in) :: numbers(:)
+    real(rk) :: pair(2)
+    integer :: i
+
+    do i = 1, 2
+      pair(i) = 0
+      if (self%tangents(i, contact) > 0) pair(i) = numbers(self%tangents(i, contact))
+    end do
+  end function tangential
+
   !> Allocates the arrays for a problem. If they are large enough already, they stay as they are; otherwise all contents are lost.
   pure subroutine reserve(self, contacts)
     class(friction_workspace_t), intent(inout) :: self
@@ -197,11 +246,15 @@ contains
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
       if (n > self%capacity) then
         if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%unknowns, self%factors, self%pivots, self%x, &
-          self%work, self%signs, self%kept%places, self%kept%y, self%kept%z, self%kept%basis, self%kept%images)
+          self%work, self%signs, self%kept%unknowns, self%kept%places, self%kept%y, self%kept%z, self%kept%basis, self%kept%images)
         allocate (self%free(n), self%w(n), self%row_size(n), self%unknowns(n), self%factors(n, n), self%pivots(n), self%x(n), &
-          self%work(n), self%signs(n), self%kept%places(n), self%kept%y(n), self%kept%z(n), &
+          self%work(n), self%signs(n), self%kept%unknowns(n), self%kept%places(n), self%kept%y(n), self%kept%z(n), &
           self%kept%basis(n, most_searched + 1), self%kept%images(n, most_searched))
-        call self%kept%forget()
+        call self%kept%exchange%reserve(n)
+        ! what factors are computed from may have been restored before there was room for them
+        self%kept%is_factored = .false.
+        self%kept%is_checked = .false.
+        if (allocated(self%kept%states)) self%kept%is_set = self%kept%is_set .and. size(self%kept%states) == n_contacts
         self%capacity = n
       end if
       if (n_contacts > self%contact_capacity) then
@@ -212,6 +265,34 @@ contains
       end if
     end associate
   end subroutine reserve
+
+  pure subroutine reserve_exchange(self, capacity)
+    class(law_exchange_t), intent(inout) :: self
+    integer, intent(in) :: capacity
+    integer :: most
+
+    most = min(max(capacity / 3, 3), most_exchanged)
+    if (allocated(self%contacts)) deallocate (self%contacts, self%slots, self%laws, self%place_in_new, self%columns, &
+      self%column_of, self%images, self%image_rows, self%image_of, self%square, self%pivots, self%x, self%known)
+    allocate (self%contacts(most), self%slots(most), self%laws(most), self%place_in_new(capacity), self%columns(capacity, most), &
+      self%column_of(capacity), self%images(3 * most, most), self%image_rows(3 * most), self%image_of(capacity), &
+      self%square(most, most), self%pivots(most), self%x(most))
+    allocate (self%known(capacity), source=0.0_rk)
+    call self%clear()
+  end subroutine reserve_exchange
+
+  !> Forgets all columns.
+  pure subroutine clear(self)
+    class(law_exchange_t), intent(inout) :: self
+
+    self%n_columns = 0
+    self%n_images = 0
+    self%column_of = 0
+    self%image_of = 0
+    ! rows behind those of a problem are added up, too
+    self%columns = 0
+    self%known = 0
+  end subroutine clear
 
   !> Begins a history, or goes on with another matrix.
   pure subroutine forget(self)
@@ -321,7 +402,7 @@ contains
     do k = 1, contacts%n_contacts
       call project_contact(friction, contacts, k, lambda, workspace, residual)
     end do
-    do i = contacts%n_forces() + 1, contacts%n_rows()
+    do i = size(lambda) - contacts%n_motions + 1, size(lambda)
       call compare(abs(workspace%w(i)), workspace%row_size(i), residual)
     end do
   end subroutine project
@@ -334,30 +415,38 @@ contains
     real(rk), intent(in) :: lambda(:)
     type(friction_workspace_t), intent(inout) :: workspace
     real(rk), intent(inout) :: residual
-    real(rk) :: force, projected, radius, y(2)
+    real(rk) :: force, projected, radius, tangential(2), y(2)
     integer :: i, n
 
     n = contacts%n_tangents(k)
-    associate (c => workspace%c(:, k), w => workspace%w, rows => contacts%tangents(:n, k), sizes => workspace%row_size)
+    associate (c => workspace%c(:, k), w => workspace%w, sizes => workspace%row_size)
       if (contacts%is_tied(k)) then
         workspace%states(k) = contact_sticks
         call compare(abs(w(k)), sizes(k), residual)
         do i = 1, n
-          call compare(abs(w(rows(i))), sizes(rows(i)), residual)
+          call compare(abs(w(contacts%tangents(i, k))), sizes(contacts%tangents(i, k)), residual)
         end do
         return
       end if
       projected = max(0.0_rk, lambda(k) - c(1) * w(k))
       call compare(abs(lambda(k) - projected) / c(1), sizes(k), residual)
       radius = friction(k) * projected
-      y = 0
-      y(:n) = lambda(rows) - c(2) * w(rows)
-      force = hypot(y(1), y(2))
+      tangential = contacts%tangential(k, lambda)
+      y = tangential - c(2) * contacts%tangential(k, w)
+      force = length(y)
       call set_state(projected, radius, y, force, c(2), n, workspace, k)
       if (force > radius) y = radius * (y / force)
-      if (n > 0) call compare(norm2(lambda(rows) - y(:n)) / c(2), maxval(sizes(rows)), residual)
+      if (n > 0) call compare(length(tangential - y) / c(2), maxval(contacts%tangential(k, sizes)), residual)
     end associate
   end subroutine project_contact
+
+  !> Returns the length of a vector in a plane, which in most problems has one entry.
+  pure real(rk) function length(y)
+    real(rk), intent(in) :: y(2)
+
+    length = abs(y(1))
+    if (.not. abs(y(2)) <= 0) length = hypot(y(1), y(2))
+  end function length
 
   !> Sets the state of contact k, and where it slips the direction of y and the softness (1 - b) / (b c) with b = r / |y|: the
   !> derivative of r y / |y| across y is b, so that lambda_e = b (lambda_e - c v_e) there.
@@ -401,7 +490,10 @@ contains
     real(rk), intent(in) :: size_of_row
     real(rk), intent(inout) :: residual
 
-    if (difference > 0) residual = max(residual, difference / max(size_of_row, tiny(size_of_row)))
-    if (.not. (difference <= huge(difference) .and. size_of_row <= huge(difference))) residual = huge(residual)
+    if (.not. (difference <= huge(difference) .and. size_of_row <= huge(difference))) then
+      residual = huge(residual)
+    else if (difference > residual * size_of_row) then
+      residual = max(residual, difference / max(size_of_row, tiny(size_of_row)))
+    end if
   end subroutine compare
 end module sig_friction_types

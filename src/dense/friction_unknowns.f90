@@ -66,37 +66,47 @@ contains
           end if
         else if (is_inverse .eqv. states(k) == contact_open) then
           do i = 1, 1 + contacts%n_tangents(k)
-            call add_unknown(contacts%rows_of(k), i, unknowns, n)
+            call add_unknown(contacts, k, i, unknowns, n)
           end do
         end if
       end associate
     end do
     if (is_inverse) return
-    do i = contacts%n_forces() + 1, contacts%n_rows()
-      call add_unknown([i], 1, unknowns, n)
+    i = contacts%n_forces()
+    do k = 1, contacts%n_motions
+      call start_unknown([i + k, 0, 0], 1, 1, unknowns(n + k))
     end do
+    n = n + contacts%n_motions
   end subroutine list_unknowns
 
-  !> Adds an unknown of one row: an entry of z for which that of y is 0.
-  pure subroutine add_unknown(rows, i, unknowns, n)
-    integer, intent(in) :: rows(:)
+  !> Adds an unknown of one row of contact k: an entry of z for which that of y is 0.
+  pure subroutine add_unknown(contacts, k, i, unknowns, n)
+    type(friction_contacts_t), intent(in) :: contacts
+    integer, intent(in) :: k
     !> which one of the rows
     integer, intent(in) :: i
     type(friction_unknown_t), intent(inout) :: unknowns(:)
     integer, intent(inout) :: n
 
     n = n + 1
-    associate (one => unknowns(n))
-      one%n_rows = size(rows)
-      one%rows(:size(rows)) = rows
-      one%home = rows(i)
-      one%moves = 0
-      one%of_y = 0
-      one%of_z = 0
-      one%moves(i) = 1
-      one%of_y(i) = 1
-    end associate
+    call start_unknown([k, contacts%tangents(:, k)], 1 + contacts%n_tangents(k), i, unknowns(n))
   end subroutine add_unknown
+
+  pure subroutine start_unknown(rows, n_rows, i, one)
+    integer, intent(in) :: rows(3)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: i
+    type(friction_unknown_t), intent(inout) :: one
+
+    one%n_rows = n_rows
+    one%rows = rows
+    one%home = rows(i)
+    one%moves = 0
+    one%of_y = 0
+    one%of_z = 0
+    one%moves(i) = 1
+    one%of_y(i) = 1
+  end subroutine start_unknown
 
   !> Adds the forces of a contact that slips: f lambda_n d + lambda_e e. In the plane there is no e.
   pure subroutine add_sliding_forces(contacts, k, f, d, softness, unknowns, n)
@@ -108,10 +118,10 @@ contains
     type(friction_unknown_t), intent(inout) :: unknowns(:)
     integer, intent(inout) :: n
 
-    call add_unknown(contacts%rows_of(k), 1, unknowns, n)
+    call add_unknown(contacts, k, 1, unknowns, n)
     unknowns(n)%moves(2:) = f * d
     if (contacts%n_tangents(k) < 2 .or. .not. softness < huge(softness)) return
-    call add_unknown(contacts%rows_of(k), 3, unknowns, n)
+    call add_unknown(contacts, k, 3, unknowns, n)
     unknowns(n)%moves = [0.0_rk, -d(2), d(1)]
     unknowns(n)%of_y = unknowns(n)%moves
     unknowns(n)%of_z = softness * unknowns(n)%moves
@@ -136,7 +146,7 @@ contains
     share = 0
     if (softness < huge(softness)) share = 1 / (1 + softness * c)
     do i = 1, contacts%n_tangents(k)
-      call add_unknown(contacts%rows_of(k), 1 + i, unknowns, n)
+      call add_unknown(contacts, k, 1 + i, unknowns, n)
       if (norm2(d) <= 0) cycle
       unknowns(n)%of_y = [-f * d(i), d(i) * d + (1 - share) * across(i) * across]
       unknowns(n)%of_z(2:) = share * c * across(i) * across
@@ -153,7 +163,7 @@ contains
     real(rk), contiguous, intent(inout) :: square(:, :)
     !> its 1-norm
     real(rk), intent(out) :: norm
-    real(rk) :: column(size(matrix, 1))
+    real(rk) :: column(size(matrix, 1)), last
     integer :: a, i, j
     integer :: homes(size(unknowns)), sums(size(unknowns)), n_sums
 
@@ -172,7 +182,11 @@ contains
       end do
       do i = 1, n_sums
         associate (one => unknowns(sums(i)))
-          square(sums(i), j) = dot_product(one%of_y(:one%n_rows), column(one%rows(:one%n_rows)))
+          last = 0
+          do a = 1, one%n_rows
+            last = last + one%of_y(a) * column(one%rows(a))
+          end do
+          square(sums(i), j) = last
         end associate
       end do
       do i = max(1, j - 2), min(size(unknowns), j + 2)

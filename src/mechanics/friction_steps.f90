@@ -183,7 +183,7 @@ contains
     !> [-] coefficient of friction of each contact
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
-    integer :: k
+    integer :: i, k
 
     associate (n => size(opening), openings => memory%openings)
       openings(:n) = opening
@@ -198,9 +198,11 @@ contains
     if (memory%solution%reason /= reason_converged) return
     do k = 1, self%contacts%n_contacts
       if (memory%solution%states(k) /= contact_slips) cycle
-      associate (rows => self%contacts%tangents(:self%contacts%n_tangents(k), k))
-        memory%slip(rows) = -memory%solution%openings(rows) - memory%origins(rows)
-      end associate
+      do i = 1, self%contacts%n_tangents(k)
+        associate (row => self%contacts%tangents(i, k))
+          memory%slip(row) = -memory%solution%openings(row) - memory%origins(row)
+        end associate
+      end do
     end do
   end subroutine advance
 
@@ -364,24 +366,28 @@ contains
     type(contact_laws_t), intent(in) :: laws
     !> [length] w = W z + q, in rows of anchors their openings; shape (n_rows)
     real(rk), intent(in) :: opening(:)
-    real(rk) :: change(size(opening))
-    integer :: k
+    real(rk) :: change(size(opening)), force(2), slip(2)
+    integer :: i, k
 
     change = 0
     do k = 1, laws%n_contacts
-      associate (force => self%solution%lambda(k))
-        change(k) = merge(opening(k), min(opening(k), 0.0_rk), force > 0 .or. laws%is_tied(k))
-        if (.not. (force > 0 .or. laws%is_tied(k))) cycle
+      associate (normal => self%solution%lambda(k))
+        change(k) = merge(opening(k), min(opening(k), 0.0_rk), normal > 0 .or. laws%is_tied(k))
+        if (.not. (normal > 0 .or. laws%is_tied(k))) cycle
       end associate
-      associate (rows => laws%tangents(:laws%n_tangents(k), k))
-        associate (force => self%solution%lambda(rows), slip => -opening(rows) - self%origins(rows))
-          change(rows) = slip
+      force = laws%tangential(k, self%solution%lambda)
+      slip = -laws%tangential(k, opening) - laws%tangential(k, self%origins)
+      if (self%solution%states(k) == contact_slips .and. .not. laws%is_tied(k)) then
+        if (any(abs(force) > 0)) then
+          slip = slip - max(0.0_rk, dot_product(slip, force)) / dot_product(force, force) * force
+        else
           ! nothing holds a contact that slips without friction
-          if (self%solution%states(k) == contact_slips .and. norm2(force) <= 0) change(rows) = 0
-          if (laws%is_tied(k) .or. self%solution%states(k) /= contact_slips .or. norm2(force) <= 0) cycle
-          change(rows) = slip - max(0.0_rk, dot_product(slip, force)) / dot_product(force, force) * force
-        end associate
-      end associate
+          slip = 0
+        end if
+      end if
+      do i = 1, laws%n_tangents(k)
+        change(laws%tangents(i, k)) = slip(i)
+      end do
     end do
   end function change_to_exact
 end module sig_friction_steps

@@ -804,9 +804,23 @@ PLANTED = [
     ),
     Planted(
         SRC + "dense/friction_kept.f90",
-        "        change = change - z\n",
+        "        change = change - kept%z(:n_rows)\n",
         "        change = 0\n",
         "a step with kept factors forgets what the openings of the last one did",
+        "unit.dense.test_friction_kept",
+    ),
+    Planted(
+        SRC + "dense/friction_exchange.f90",
+        "if (j > 0) exchange%x(i) = b(j)",
+        "if (j < 0) exchange%x(i) = b(j)",
+        "laws that take the place of others have no right-hand side",
+        "unit.dense.test_friction_kept",
+    ),
+    Planted(
+        SRC + "dense/friction_exchange.f90",
+        "          slides = old ==",
+        "          slides = .true. .or. old ==",
+        "tangential laws of contacts that change their state stay as they were",
         "unit.dense.test_friction_kept",
     ),
     Planted(
@@ -843,8 +857,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "mechanics/friction_steps.f90",
-        "merge(opening(k), min(opening(k), 0.0_rk), force > 0",
-        "merge(opening(k), max(opening(k), 0.0_rk), force > 0",
+        "merge(opening(k), min(opening(k), 0.0_rk), normal > 0",
+        "merge(opening(k), max(opening(k), 0.0_rk), normal > 0",
         "bounds of histories count open gaps instead of overlaps",
     ),
     Planted(
