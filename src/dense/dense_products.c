@@ -166,20 +166,33 @@ void sig_add_few_columns(int m, int n, const double *a, int lda, const double *x
   for (int k = 0; k < n_found; k++) sig_add_columns(m, 1, columns[k], lda, t + k, y);
 }
 
+/* y += sum_k t_k a_k over four columns, each at any place in memory, and sizes += sum_k |t_k a_k|. */
 SIG_FOR_EACH_PROCESSOR
-static void add_column_and_sizes(int m, const double *restrict a, double t, double *restrict y,
-                                 double *restrict sizes) {
+static void add_four_columns_and_sizes(int m, const double *const *a, const double *restrict t, double *restrict y,
+                                       double *restrict sizes) {
+  const double *restrict a0 = a[0], *restrict a1 = a[1], *restrict a2 = a[2], *restrict a3 = a[3];
   for (int i = 0; i < m; i++) {
-    const double part = a[i] * t;
-    y[i] += part;
-    sizes[i] += fabs(part);
+    const double p0 = a0[i] * t[0], p1 = a1[i] * t[1], p2 = a2[i] * t[2], p3 = a3[i] * t[3];
+    y[i] += (p0 + p1) + (p2 + p3);
+    sizes[i] += (fabs(p0) + fabs(p1)) + (fabs(p2) + fabs(p3));
   }
 }
 
 void sig_add_columns_and_sizes(int m, int n, const double *a, int lda, const double *x, double *y, double *sizes) {
+  const double *columns[4] = {a, a, a, a};
+  double t[4];
+  int n_found = 0;
   for (int j = 0; j < n; j++) {
-    if (x[j] != 0) add_column_and_sizes(m, a + (ptrdiff_t)j * lda, x[j], y, sizes);
+    if (x[j] == 0) continue;
+    columns[n_found] = a + (ptrdiff_t)j * lda;
+    t[n_found++] = x[j];
+    if (n_found < 4) continue;
+    add_four_columns_and_sizes(m, columns, t, y, sizes);
+    n_found = 0;
   }
+  if (n_found == 0) return;
+  for (int k = n_found; k < 4; k++) t[k] = 0;
+  add_four_columns_and_sizes(m, columns, t, y, sizes);
 }
 
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
