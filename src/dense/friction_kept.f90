@@ -25,6 +25,8 @@ module sig_friction_kept
 
   !> laws are exchanged in at most this part of the unknowns: solutions for more rows cost as much as factors
   integer, parameter :: exchanged_share = 4
+  !> [-] of the unknowns: iterations seek no smaller change, which rounding would hide
+  real(rk), parameter :: smallest_change = 1.0e-14_rk
 
 contains
 
@@ -307,7 +309,7 @@ contains
         left = -left
         call divide(square, contacts, unknowns, workspace, left)
         rest(1) = norm2(left)
-        goal = max(share * rest(1), 2 * epsilon(goal) * (norm2(x) + rest(1)))
+        goal = max(share * rest(1), smallest_change * (norm2(x) + rest(1)))
         is_done = rest(1) <= goal
         if (is_done .or. .not. rest(1) <= huge(goal)) return
         basis(:n, 1) = left / rest(1)

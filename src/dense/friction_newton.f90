@@ -15,10 +15,12 @@ module sig_friction_newton
   private
   public :: is_given, run_newton
 
-  !> where directions change, the method ends after this number of steps without a new lowest residual
+  !> where directions change, the method ends after this number of steps in which the residual has not fallen by a tenth
   integer, parameter :: patience = 8
-  !> [-] of its change, what a step with kept factors leaves where directions change, so that there is a next one
-  real(rk), parameter :: left_to_next = 1.0e-6_rk
+  real(rk), parameter :: fallen = 0.9_rk
+  !> [-] of its change, what a step with kept factors leaves where directions change, so that there is a next one: as much as the
+  !> residual of the last one, between these limits, so that the method converges as fast as without
+  real(rk), parameter :: least_left = 1.0e-6_rk, most_left = 1.0e-2_rk
 
 contains
 
@@ -39,18 +41,21 @@ contains
     !> factors. With it: w belongs to lambda
     real(rk), allocatable, intent(in), optional :: inverse(:, :)
     logical :: is_rounded, is_singular
+    real(rk) :: left, to_beat
     integer :: i_lowest, i_step
 
     is_solved = .false.
     workspace%lowest = huge(workspace%lowest)
+    to_beat = huge(to_beat)
     i_lowest = 1
     is_rounded = .false.
     do i_step = 1, most_steps
       if (was_seen(contacts, workspace, i_step) .and. .not. is_rounded) return
       solution%states = workspace%states(:contacts%n_contacts)
       if (is_given(inverse)) then
-        call solve_kept(matrix, inverse, friction, contacts, merge(left_to_next, 0.0_rk, can_turn(contacts, workspace)), &
-          solution%lambda, workspace, is_singular)
+        left = 0
+        if (can_turn(contacts, workspace)) left = max(least_left, min(most_left, to_beat))
+        call solve_kept(matrix, inverse, friction, contacts, left, solution%lambda, workspace, is_singular)
       else
         call solve_anew(matrix, friction, contacts, solution%lambda, workspace, is_singular)
         if (.not. is_singular) call sum_up(matrix, solution%lambda, workspace)
@@ -68,8 +73,11 @@ contains
       end if
       is_solved = solution%residual <= workspace%tolerance
       if (is_solved) return
-      if (solution%residual < workspace%lowest) i_lowest = i_step
       workspace%lowest = min(workspace%lowest, solution%residual)
+      if (solution%residual < fallen * to_beat) then
+        to_beat = solution%residual
+        i_lowest = i_step
+      end if
       if (i_step - i_lowest >= patience .and. can_turn(contacts, workspace)) return
     end do
   end subroutine run_newton
