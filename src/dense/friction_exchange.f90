@@ -220,6 +220,9 @@ contains
       exchange%column_of(row) = exchange%n_columns
       associate (old => kept%unknowns(:kept%n), column => exchange%columns(:n, exchange%n_columns), x => workspace%work(:kept%n), &
         known => exchange%known(:n))
+        ! rows behind those of the problem are added up, too
+        exchange%columns(n + 1:, exchange%n_columns) = 0
+        exchange%known(n + 1:) = 0
         known = 0
         if (kept%places(row) > 0) then
           x = 0

@@ -104,7 +104,7 @@ module sig_friction_types
     real(rk), allocatable :: square(:, :)
     integer, allocatable :: pivots(:)
     real(rk), allocatable :: x(:)
-    !> independent numbers, shape (capacity); 0 behind those of the problem
+    !> independent numbers, shape (capacity)
     real(rk), allocatable :: known(:)
   contains
     procedure :: clear
@@ -276,8 +276,7 @@ contains
       self%column_of, self%images, self%image_rows, self%image_of, self%square, self%pivots, self%x, self%known)
     allocate (self%contacts(most), self%slots(most), self%laws(most), self%place_in_new(capacity), self%columns(capacity, most), &
       self%column_of(capacity), self%images(3 * most, most), self%image_rows(3 * most), self%image_of(capacity), &
-      self%square(most, most), self%pivots(most), self%x(most))
-    allocate (self%known(capacity), source=0.0_rk)
+      self%square(most, most), self%pivots(most), self%x(most), self%known(capacity))
     call self%clear()
   end subroutine reserve_exchange
 
@@ -289,9 +288,6 @@ contains
     self%n_images = 0
     self%column_of = 0
     self%image_of = 0
-    ! rows behind those of a problem are added up, too
-    self%columns = 0
-    self%known = 0
   end subroutine clear
 
   !> Begins a history, or goes on with another matrix.
