@@ -262,10 +262,9 @@ contains
     call progress%start('times', size(states), seconds_of_silence)
     call self%newton%begin()
     self%newton%halves_steps = self%halves_steps
-    if (.not. problem%has_fixed_stiffness) then
-      call body_at(problem, points(:, 1), self%body)
-      PetscCall(self%newton%take_body(problem%mesh, self%body, ierr))
-    end if
+    if (.not. problem%has_fixed_stiffness) call body_at(problem, points(:, 1), self%body)
+    PetscCall(self%newton%take_body(problem%mesh, self%body, ierr))
+    self%n_stiffnesses = self%newton%n_stiffnesses
     do i = 1, size(states)
       start = wall_time()
       call collect_data(self, problem, points(:, i), i, now)

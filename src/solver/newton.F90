@@ -66,12 +66,15 @@ module sig_newton
     real(rk) :: energy = 0
   end type end_t
 
-  !> Call create; for each history begin, then solve for each time in order; then destroy.
+  !> Call create; for each history take_body, where its elastic constants are not those of the history before, and begin, then solve
+  !> for each time in order; then destroy.
   type :: newton_t
     !> cells of this rank that flow
     type(flowing_cells_t) :: flowing
     !> whether each time is reached by two steps, in the middle of which all data are half way
     logical :: halves_steps = .false.
+    !> how often the stiffness of the cells that do not flow was assembled
+    integer :: n_stiffnesses = 0
     !> the linear problem; its matrix is K_k
     type(contact_system_t), private :: system
     class(contact_solver_t), allocatable, private :: solver
@@ -79,6 +82,8 @@ module sig_newton
     logical, private :: is_ready = .false.
     !> stiffness of the cells that do not flow
     Mat, private :: elastic
+    !> [force/length**2] stress_matrix of the bodies for which it was assembled; not allocated before
+    real(rk), allocatable, private :: stress_matrix(:, :, :)
     !> the accepted state
     type(end_t), private :: last
     !> what friction remembers (condensed_t); not allocated at the beginning, or without friction
@@ -185,10 +190,9 @@ contains
     if (allocated(self%system%laws%friction_terms)) self%system%laws%friction_terms = 1
     call self%flowing%create(mesh, body, laws, system%map%own_cells)
     self%solver%changing_dofs = dofs_of_flowing_bodies(mesh, body, system%motions%body_of_node)
-    PetscCall(self%take_body(mesh, body, ierr))
   end subroutine create
 
-  !> Assembles the stiffness of the cells that do not flow, with new elastic constants. Collective.
+  !> Assembles the stiffness of the cells that do not flow. Does nothing if it is there for the same elastic constants. Collective.
   subroutine take_body(self, mesh, body, ierr)
     class(newton_t), intent(inout) :: self
     type(mesh_t), intent(in) :: mesh
@@ -196,6 +200,12 @@ contains
     PetscErrorCode, intent(out) :: ierr
     integer :: i
 
+    ierr = 0
+    if (allocated(self%stress_matrix)) then
+      if (.not. any(abs(body%stress_matrix - self%stress_matrix) > 0)) return
+    end if
+    self%stress_matrix = body%stress_matrix
+    self%n_stiffnesses = self%n_stiffnesses + 1
     PetscCall(destroy_solver(self, ierr))
     PetscCall(MatZeroEntries(self%elastic, ierr))
     associate (own => self%system%map%own_cells)
