@@ -209,6 +209,25 @@ def test_elastic_constants_of_a_model(signorom, tmp_path):
     assert f"part.yaml:8:20: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
 
 
+def test_model_where_nothing_yields(signorom, tmp_path):
+    """Far below the yield stress: a model without modes, whose forces are those of the full order."""
+    flow = DECK[DECK.index("    plasticity") : DECK.index("  hard")]
+    deck = write_deck(
+        tmp_path, **{flow: "    plasticity: {yield_stress: 1.0e9, isotropic_hardening: 1000}\n"}
+    )
+    deck.write_text(deck.read_text() + STUDY)
+    assert ", 0 inelastic modes" in signorom("run", deck, folder=tmp_path)
+    signorom("solve", deck, "--at", "stroke=0.013", folder=tmp_path)
+    full = read_table(tmp_path / "results" / "part" / "history.csv")
+    model = tmp_path / "results" / "part" / "model.h5"
+    signorom("predict", model, "--at", "stroke=0.013", "--output", "answers.csv", folder=tmp_path)
+    answers = read_table(tmp_path / "answers.csv")
+    names = [name for name in full if name.startswith("lambda_")]
+    assert max(np.abs(full[name]).max() for name in names) > 0
+    for name in names:
+        np.testing.assert_allclose(answers[name], full[name], rtol=1e-8, atol=1e-8 * np.abs(full[name]).max())
+
+
 def test_training_that_takes_too_much_memory(signorom, tmp_path):
     """Refused before anything is sampled, with a sentence; check warns, because solve takes the deck."""
     deck = write_deck(tmp_path, **{"{sobol: 4}": "{sobol: 200000}"})

@@ -26,7 +26,7 @@ module sig_inelastic_training
   use sig_log, only: log_info
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_cell_stiffness, only: cell_dofs
-  use sig_petsc_support, only: broadcast_columns, sum_over_ranks
+  use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
   use sig_point_choice, only: choose_points
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
@@ -46,6 +46,9 @@ module sig_inelastic_training
   !> reactions of a stiff system, and multiply their errors. There are at most most_modes
   real(rk), parameter :: mode_share = 1.0e-2_rk
   integer, parameter :: most_modes = 100
+  !> [-] displacements by inelastic strains are rounding if they are at most this share of all displacements, in the norm of the
+  !> stiffness
+  real(rk), parameter :: least_share = 1.0e-8_rk
   !> [-] tolerances with which points are chosen (sig_point_choice), one after the other; 0 = all points
   real(rk), parameter :: tolerances(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 0.0_rk]
   !> [-] tolerance of the points that correct
@@ -186,9 +189,10 @@ contains
     real(rk), allocatable, intent(out) :: modes(:, :)
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: columns(:, :), energies(:, :), u(:, :), values(:), vt(:, :)
+    real(rk) :: energy
     integer :: i, n_modes
 
-    PetscCall(find_inelastic(problem, team, condensed, snapshots, states, columns, ierr))
+    PetscCall(find_inelastic(problem, team, condensed, snapshots, states, columns, energy, ierr))
     PetscCall(measure_work(team%solver%system, columns, energies, ierr))
     PetscCall(broadcast_columns(energies, PETSC_COMM_WORLD, ierr))
     energies = (energies + transpose(energies)) / 2
@@ -196,7 +200,7 @@ contains
     n_modes = 0
     do while (n_modes < min(most_modes, size(values)))
       if (sum(values(n_modes + 1:)) <= (mode_share * problem%deck%reduction%inelastic_tolerance)**2 * sum(values)) exit
-      if (values(n_modes + 1) <= epsilon(values) * 100 * values(1)) exit
+      if (values(n_modes + 1) <= max(epsilon(values) * 100 * values(1), least_share**2 * energy)) exit
       n_modes = n_modes + 1
     end do
     allocate (modes(size(columns, 1), n_modes), source=0.0_rk)
@@ -208,7 +212,7 @@ contains
   end subroutine find_modes
 
   !> Computes u - G theta + H z of all states. Collective on the ranks of the team.
-  subroutine find_inelastic(problem, team, condensed, snapshots, states, columns, ierr)
+  subroutine find_inelastic(problem, team, condensed, snapshots, states, columns, energy, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(condensed_t), intent(inout) :: condensed
@@ -216,12 +220,16 @@ contains
     type(states_t), intent(inout) :: states
     !> [length] rows of this rank, shape (n_local_dofs, n_states)
     real(rk), allocatable, intent(out) :: columns(:, :)
+    !> [force*length] u'K u of all states together
+    real(rk), intent(out) :: energy
     PetscErrorCode, intent(out) :: ierr
     real(rk), allocatable :: closing(:, :), response(:, :)
+    real(rk) :: energies(1, 1)
     real(rk) :: whole(snapshots%n_dofs)
     integer :: first, i, last, n
 
     ierr = 0
+    energies = 0
     n = snapshots%n_snapshots()
     associate (system => team%solver%system, anchors => condensed%anchors%rows, n_free => size(condensed%free_response, 2))
       allocate (columns(system%map%n_local_dofs, n))
@@ -239,12 +247,17 @@ contains
       do first = 1, n, columns_at_once
         last = min(first + columns_at_once - 1, n)
         allocate (response(size(columns, 1), last - first + 1))
+        PetscCall(multiply_block(system%stiffness, columns(:, first:last), response, ierr))
+        energies = energies + sum(columns(:, first:last) * response)
         PetscCall(condensed%respond(system, states%unknowns(:, first:last), response, ierr))
         columns(:, first:last) = columns(:, first:last) + response
         call add_product(-1.0_rk, condensed%free_response, states%theta(:n_free, first:last), columns(:, first:last))
         deallocate (response)
       end do
+      PetscCall(sum_over_ranks(system%comm, energies, ierr))
     end associate
+    PetscCall(broadcast_columns(energies, PETSC_COMM_WORLD, ierr))
+    energy = energies(1, 1)
   end subroutine find_inelastic
 
   !> Takes the laws, properties and terms of imposed strains.
@@ -551,7 +564,8 @@ contains
     products = transposed_product(all, all)
     call svd(products, u, values, vt)
     n = count(values > stress_tolerance**2 * values(1))
-    n = min(n, most_stresses)
+    ! where nothing flows, stresses are rounding
+    n = min(n, merge(most_stresses, 0, model%n_modes() > 0))
     allocate (stresses(size(all, 1), n), source=0.0_rk)
     call add_product(1.0_rk, all, u(:, :n), stresses)
   end subroutine find_stresses
