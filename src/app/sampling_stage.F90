@@ -159,9 +159,16 @@ contains
   !> Logs that points with other elastic constants take extra time, if the stiffness depends on the parameters.
   subroutine announce_stiffness(session)
     type(session_t), intent(in) :: session
+    character(:), allocatable :: text
+    integer :: i
 
-    if (.not. has_fixed_stiffness(session%deck)) call log_info('the stiffness depends on the parameters: each new ' // &
-      'set of elastic constants takes extra time (training.stiffness may save it at training points)')
+    if (has_fixed_stiffness(session%deck)) return
+    text = 'the stiffness depends on the parameters: each new set of elastic constants takes extra time'
+    associate (materials => session%deck%materials)
+      if (.not. any([(materials(i)%flows(), i=1, size(materials))])) text = text // &
+        ' (training.stiffness may save it at training points)'
+    end associate
+    call log_info(text)
   end subroutine announce_stiffness
 
   !> Errors: the deck has no training section.

@@ -12,13 +12,14 @@ module sig_body_constants
   use sig_kinds, only: rk
   use sig_latin_hypercube, only: latin_hypercube_points
   use sig_materials, only: check_materials
+  use sig_polynomial_nodes, only: number_of_polynomials
   use sig_problem, only: problem_t
   use sig_rounding, only: rounding
   use sig_term_values, only: evaluate_points
   use sig_text, only: join
   implicit none(type, external)
   private
-  public :: body_constants_t, joined_body_t, check_box, find_body_constants
+  public :: body_constants_t, joined_body_t, check_box, find_body_constants, usual_nodes_of
 
   !> The elastic constants of one body. Materials are numbered as in the deck, 1-based.
   type :: body_constants_t
@@ -64,6 +65,8 @@ module sig_body_constants
   real(rk), parameter :: margin = 0.01_rk
   !> [-] with this rate of convergence an error of 1e-6 takes about twenty nodes
   real(rk), parameter :: slowest = 2.0_rk
+  !> polynomial degree for estimates of memory
+  integer, parameter :: usual_degree = 7
 
 contains
 
@@ -109,6 +112,16 @@ contains
 
     degree = merge(3, 2, size(self%numerators) == 1) + i_round
   end function degree
+
+  !> Returns the mean number of interpolation nodes that a body is likely to need (polynomials of degree 7), for estimates of
+  !> memory.
+  pure real(rk) function usual_nodes_of(constants) result(n_nodes)
+    type(body_constants_t), intent(in) :: constants(:)
+    integer :: i
+
+    n_nodes = sum([(real(number_of_polynomials(size(constants(i)%numerators), usual_degree), rk), i=1, size(constants))]) / &
+      size(constants)
+  end function usual_nodes_of
 
   !> Returns points of the box of the parameters, shape (size(deck%state_parameters), n_points): first its middle, then its corners
   !> (none with more than 12 parameters) and n_samples points inside, the same in each call. The time and its tables are 0 there,
@@ -267,6 +280,8 @@ contains
       self%body%material_of_cell(i) = self%starts(i_body) + &
         findloc(constants(i_body)%materials, problem%body%material_of_cell(i), dim=1)
     end do
+    if (allocated(self%body%flows)) self%body%flows = &
+      [(problem%body%flows(constants(i)%materials), i=1, size(constants))]
     call self%body%set_moduli(self%moduli, self%ratios)
   end subroutine create
 

@@ -60,6 +60,7 @@ module sig_point_solver
     procedure :: condense
     procedure :: look_at
     procedure :: take_body
+    procedure :: take_middle
     procedure :: lifting
     procedure :: destroy
     procedure, private :: solve_flow
@@ -181,6 +182,17 @@ contains
     self%body = body
     PetscCall(self%system%update_stiffness(problem%mesh, self%body, ierr))
   end subroutine take_body
+
+  !> Assembles the stiffness in the middle of the box of the parameters, if it depends on them (take_body). Collective.
+  subroutine take_middle(self, problem, ierr)
+    class(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    PetscErrorCode, intent(out) :: ierr
+
+    ierr = 0
+    if (problem%has_fixed_stiffness) return
+    PetscCall(self%take_body(problem, problem%body, ierr))
+  end subroutine take_middle
 
   !> Solves one point that is no state of a history which remembers, and measures its residuals and reactions; with friction it
   !> counts its solutions. The reason in `state` says whether it has a solution. Requires: check_points accepted the point.
@@ -413,7 +425,7 @@ contains
 
   !> Returns the condensed operator of the system: the solver itself if it is condensed, else one that is made at the first call.
   !> condensed%reason says whether the stiffness could be factored. The operator belongs to the point solver. Requires: the
-  !> stiffness does not depend on the parameters. Collective.
+  !> stiffness does not depend on the parameters; or, where materials flow, take_middle. Collective.
   subroutine condense(self, condensed, ierr)
     class(point_solver_t), target, intent(inout) :: self
     type(condensed_t), pointer, intent(out) :: condensed

@@ -26,6 +26,7 @@ module sig_body_compliance
   contains
     procedure :: kind => kind_of
     procedure :: describe
+    procedure :: describe_bodies
     procedure :: is_fixed
     procedure :: prepare
     procedure :: create_point
@@ -64,11 +65,20 @@ contains
   pure function describe(self) result(text)
     class(body_compliance_t), intent(in) :: self
     character(:), allocatable :: text
-    integer :: i
 
     text = line('  forces', 'on all ' // counted(self%n_rows(), 'contact row') // '; largest error at the training points ' // &
       short_number(self%measured_error) // trim(merge('                                                ', &
       ', an estimate for others: answers have no bound ', self%has_bound())))
+    text = text // self%describe_bodies() // line('  displacements', self%displacement_text(modes_text(self%n_modes())))
+  end function describe
+
+  !> Returns a line for each body: how its responses depend on its elastic constants.
+  pure function describe_bodies(self) result(text)
+    class(body_compliance_t), intent(in) :: self
+    character(:), allocatable :: text
+    integer :: i
+
+    text = ''
     do i = 1, size(self%bodies)
       associate (body => self%bodies(i))
         if (size(body%numerators) == 0) then
@@ -79,8 +89,7 @@ contains
         end if
       end associate
     end do
-    text = text // line('  displacements', self%displacement_text(modes_text(self%n_modes())))
-  end function describe
+  end function describe_bodies
 
   pure logical function is_fixed(self)
     class(body_compliance_t), intent(in) :: self

@@ -16,10 +16,12 @@
 !> Both sets of contact forces have a history of their own, because contacts with friction remember.
 module sig_inelastic_model
   use sig_answer, only: answer_condensed, answer_t
+  use sig_body_compliance, only: body_compliance_t
   use sig_condensed_model, only: condensed_model_t
   use sig_description_line, only: line
   use sig_elasticity, only: n_stresses
   use sig_errors, only: error_t
+  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t, most_states
   use sig_flow_properties, only: compiled_properties_t, flow_properties_t
   use sig_gradient, only: gradient_t
@@ -44,7 +46,8 @@ module sig_inelastic_model
   public :: inelastic_model_t
 
   type, extends(reduced_t) :: inelastic_model_t
-    !> the elastic structure and its contacts, with a fixed W
+    !> the elastic structure and its contacts. Elastic constants of bodies in which nothing flows may depend on the parameters: all
+    !> that follows is the same for any of them
     type(condensed_model_t) :: contact
     !> names of the materials that flow in the deck, and of their laws (sig_material_laws), strains of their hardening curves one
     !> after the other (those of material m are curve_starts(m) + 1 to curve_starts(m + 1)), and [force/length**2] elastic stress
@@ -699,6 +702,7 @@ contains
     character(*), intent(in) :: force
 
     call self%contact%write(file, group, length, force)
+    call file%write(group // '@compliance', self%contact%kind())
     call file%write(group // '/materials', self%material_names, description='materials that flow')
     call file%write(group // '/laws', self%law_names, description='material laws')
     call file%write(group // '/curve_strains', self%curve_strains, description='equivalent plastic strains of hardening curves')
@@ -723,7 +727,17 @@ contains
     type(h5_reader_t), intent(in) :: file
     character(*), intent(in) :: group
     type(error_t), allocatable, intent(inout) :: error
+    character(:), allocatable :: kind
 
+    ! files of earlier versions do not say it
+    kind = 'condensed'
+    if (file%has(group // '@compliance')) call file%read(group // '@compliance', kind, error)
+    if (allocated(error)) return
+    if (kind == 'interpolated') then
+      allocate (body_compliance_t :: self%contact%compliance)
+    else
+      allocate (fixed_compliance_t :: self%contact%compliance)
+    end if
     call self%contact%read(file, group, error)
     call file%read(group // '/materials', self%material_names, error)
     call file%read(group // '/laws', self%law_names, error)
@@ -753,6 +767,10 @@ contains
     else
       text = text // line('  displacements', 'at the nodes that reduction.displacement names')
     end if
+    select type (compliance => self%contact%compliance)
+    type is (body_compliance_t)
+      text = text // compliance%describe_bodies()
+    end select
     text = text // line('  inelastic strains', counted(self%n_modes(), 'mode') // ', from ' // to_text(self%chosen%n_points()) // &
       ' of ' // counted(self%all%n_points(), 'integration point'))
   end function describe

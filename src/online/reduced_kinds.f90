@@ -30,10 +30,6 @@ contains
       allocate (reduced_hhr_t :: reduced)
     case ('inelastic')
       allocate (inelastic_model_t :: reduced)
-      select type (reduced)
-      type is (inelastic_model_t)
-        allocate (fixed_compliance_t :: reduced%contact%compliance)
-      end select
     case ('interpolated')
       allocate (condensed)
       allocate (body_compliance_t :: condensed%compliance)

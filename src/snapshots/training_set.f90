@@ -24,6 +24,9 @@ module sig_training_set
     type(column_t), allocatable :: multipliers(:)
     !> [length] response to each term without contact, on every rank; shape (n_dofs, n_terms)
     real(rk), pointer, contiguous :: free_response(:, :) => null()
+    !> [length] by how much inelastic strains open each contact row; not allocated where they are not known, or where no material
+    !> flows. Shape (n_rows, m)
+    real(rk), allocatable :: openings(:, :)
   contains
     procedure :: n_snapshots
     procedure :: forces

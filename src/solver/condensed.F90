@@ -84,6 +84,7 @@ module sig_condensed
     procedure :: renew
     procedure :: respond
     procedure :: respond_to_rows
+    procedure :: hang_bodies
     procedure :: solve
     procedure :: n_points_at_once
     procedure :: solve_points
@@ -286,6 +287,24 @@ contains
       end do
     end do
   end subroutine move_bodies
+
+  !> Moves the bodies that only contact holds in some displacements, so that all anchors are closed. Requires: create has succeeded.
+  !> Collective.
+  subroutine hang_bodies(self, system, columns, ierr)
+    class(condensed_t), intent(in) :: self
+    type(contact_system_t), intent(in) :: system
+    !> [length] rows of this rank, shape (n_local_dofs, n_columns)
+    real(rk), intent(inout) :: columns(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: closing(:, :)
+
+    ierr = 0
+    associate (rows => self%anchors%rows)
+      if (size(rows) == 0) return
+      PetscCall(close_rows(system, columns, closing, ierr))
+      call move_bodies(self, system, -closing(rows, :), columns)
+    end associate
+  end subroutine hang_bodies
 
   !> Computes H z for several sets of unknowns: as a product where H is kept, else by one solve for each set. Requires: create has
   !> succeeded. Collective.

@@ -85,7 +85,8 @@ contains
   end function one_group_is_faster
 
   !> Returns sentences about what the stages of the study will take: the memory of the machine, the time and memory of each stage,
-  !> and the size of the model file. There are none where elastic constants vary, and training has none where it is hyper-reduction.
+  !> and the size of the model file. There are none where elastic constants vary and no material flows, and training has none where
+  !> it is hyper-reduction.
   !> Requires: plan_study.
   function stage_lines(problem) result(lines)
     type(problem_t), intent(in) :: problem
@@ -95,7 +96,7 @@ contains
     type(cost_t) :: cost
     allocate (lines(0))
     call count_points(problem%deck, n_training, n_test)
-    if (.not. problem%has_fixed_stiffness) return
+    if (.not. (problem%has_fixed_stiffness .or. problem%flow%is_there())) return
     call append_text(lines, 'memory: solvers may take ' // memory_text(problem%sizes%memory) // ' on all ranks together')
     if (problem%flow%is_there()) then
       call add_flow_lines(problem, n_training, n_test, lines)
@@ -132,19 +133,29 @@ contains
     type(string_t), allocatable, intent(inout) :: lines(:)
     type(cost_t) :: cost
 
-    associate (sizes => problem%sizes, plan => problem%plan)
+    associate (sizes => problem%sizes)
       call append_text(lines, 'materials yield or creep at ' // counted(sizes%n_flow_points, 'integration point'))
       if (n_training == 0) return
       call append_text(lines, 'predicted, roughly: sampling of ' // counted(n_training, 'state') // ': ' // &
-        text_of(sweep_cost(plan%type, plan%linear, sizes, n_training)))
+        text_of(states_cost(problem, n_training)))
       cost = condensed_cost(sizes)
       cost%bytes = cost%bytes + sizes%n_ranks * inelastic_training_size(problem, n_training)
       call append_text(lines, 'predicted: memory for training: ' // memory_text(cost%bytes) // '; model file of about ' // &
         memory_text(inelastic_model_size(problem)) // ' or less')
       if (n_test > 0) call append_text(lines, 'predicted, roughly: validation at ' // counted(n_test, 'state') // ': ' // &
-        text_of(sweep_cost(plan%type, plan%linear, sizes, n_test)))
+        text_of(states_cost(problem, n_test)))
     end associate
   end subroutine add_flow_lines
+
+  !> Returns the cost of states of histories where materials flow. Each stiffness has some of them.
+  type(cost_t) function states_cost(problem, n_states) result(cost)
+    type(problem_t), intent(in) :: problem
+    integer, intent(in) :: n_states
+
+    associate (plan => problem%plan, n_at_once => max(1, min(n_states, problem%sizes%n_points)))
+      cost = times(max(1, n_states / n_at_once), sweep_cost(plan%type, plan%linear, problem%sizes, n_at_once))
+    end associate
+  end function states_cost
 
   !> Errors: materials flow, and the training of a model takes more memory than the ranks have. Requires: plan_study.
   subroutine check_training_memory(problem, error)

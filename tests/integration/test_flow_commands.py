@@ -195,18 +195,75 @@ def test_model_of_large_plastic_strains(signorom, tmp_path, cells):
     assert chosen < everything / 3 or not cells
 
 
-def test_elastic_constants_of_a_model(signorom, tmp_path):
-    """Elastic constants that vary are refused in a model, with the reason."""
-    deck = write_deck(tmp_path, **{"young_modulus: 2.0e5": "young_modulus: 2.0e5 + stroke"})
+@pytest.mark.parametrize(
+    ("key", "old", "new", "column"),
+    [
+        ("young_modulus", "young_modulus: 2.0e5", "young_modulus: 2.0e5 + stroke", 20),
+        ("poisson_ratio", "poisson_ratio: 0.3\n", "poisson_ratio: 0.3 + stroke\n", 20),
+    ],
+)
+def test_elastic_constants_of_a_body_that_flows(signorom, tmp_path, key, old, new, column):
+    """They are refused in a model, with line, column and the reason."""
+    deck = write_deck(tmp_path, **{old: new})
     deck.write_text(deck.read_text() + STUDY)
     message = refuse(signorom, "run", deck, folder=tmp_path)
-    why = "materials yield or creep, but elastic constants depend on parameters"
-    assert f"part.yaml:8:20: error: {why}" in message
-    assert "young_modulus and poisson_ratio as numbers; the command solve needs no model" in message
+    why = f"materials yield or creep, but materials.soft.{key} depends on parameters, and a body with this material"
+    place = f"part.yaml:{8 + (key == 'poisson_ratio')}:{column}"
+    assert f"{place}: error: {why}" in message
+    assert "give it as a number" in message
+    assert "the command solve needs no model" in message
     # solve takes the deck, so check says it and goes on
     done = signorom.run("check", deck, folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert f"part.yaml:8:20: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
+    assert f"{place}: there cannot be a model, so only solve takes this deck: {why}" in done.stderr
+
+
+STIFF = "  hard: {regions: [upper], young_modulus: 4.0e5"
+
+
+def test_elastic_material_in_a_body_that_flows(signorom, tmp_path):
+    """The body counts, not the material: one cell of an elastic material is part of the block that flows."""
+    deck = write_deck(
+        tmp_path,
+        **{"regions: [upper], young_modulus: 4.0e5": "regions: [upper, cell], young_modulus: 4.0e5 + stroke"},
+    )
+    mesh = stacked_blocks("Q8", 2)
+    kind, _, nodes = mesh.elements[0]
+    mesh.elements[0] = (kind, "cell", nodes)
+    mesh.write(tmp_path / "part.msh")
+    message = refuse(signorom, "sample", deck, folder=tmp_path)
+    assert (
+        "part.yaml:12:49: error: materials yield or creep, but materials.hard.young_modulus depends"
+        in message
+    )
+    assert "a body with this material yields or creeps" in message
+
+
+def test_modulus_of_an_elastic_body(signorom, tmp_path):
+    """The elastic block may have it, and the responses of sampled points are not those of elastic bodies."""
+    deck = write_deck(
+        tmp_path, **{STIFF: STIFF + "*(1 + 20*stroke)", "{sobol: 4}": "{sobol: 4, stiffness: interpolated}"}
+    )
+    deck.write_text(deck.read_text() + STUDY)
+    printed = signorom.run("run", deck, folder=tmp_path)
+    assert printed.returncode == 0, printed.stderr
+    assert "training.stiffness: interpolated has no effect" in printed.stdout + printed.stderr
+    assert "4 stiffnesses" in printed.stdout
+    words = signorom("check", deck, folder=tmp_path)
+    assert "# predicted, roughly: sampling of 16 states" in words
+    assert "# predicted: memory for training" in words
+
+
+def test_displacements_by_modes(signorom, tmp_path):
+    """They are those of elastic bodies, and refused where an elastic constant is a parameter."""
+    deck = write_deck(tmp_path, **{STIFF: STIFF + "*(1 + 20*stroke)"})
+    deck.write_text(deck.read_text() + "reduction: {displacement: {boundaries: [top], elsewhere: modes}}\n")
+    message = refuse(signorom, "sample", deck, folder=tmp_path)
+    why = (
+        "materials yield or creep, but materials.hard.young_modulus depends on parameters, "
+        "and there are no displacements by modes"
+    )
+    assert f"part.yaml:12:43: error: {why}" in message
 
 
 def test_model_where_nothing_yields(signorom, tmp_path):

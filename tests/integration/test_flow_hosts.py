@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 DECK = """title: A block that yields and creeps
 units: {length: mm, force: N, time: h}
 mesh: {file: part.msh, model: plane_strain}
-parameters: {peak: {min: 0.0005, max: 0.003}, sy: {min: 150, max: 250}}
+parameters: {peak: {min: 0.0005, max: 0.003}, sy: {min: 150, max: 250}, stiff: {min: 2.0e5, max: 6.0e5}}
 history:
   tables: {power: {time: [0, 1, 2, 3], value: [0, peak, peak, "0.2 * peak"]}}
   steps: [{until: 3, increments: 6}]
@@ -29,7 +29,7 @@ materials:
     poisson_ratio: 0.3
     plasticity: {yield_stress: sy, isotropic_hardening: 1000}
     creep: {norton: {coefficient: 1e-12, exponent: 4}}
-  hard: {regions: [upper], young_modulus: 4.0e5, poisson_ratio: 0.2}
+  hard: {regions: [upper], young_modulus: stiff, poisson_ratio: 0.2}
 boundary_conditions:
   - {boundary: bottom, displacement: {x: 0, y: 0}}
   - {boundary: top, displacement: {x: 0, y: "-power"}}
@@ -38,7 +38,7 @@ training: {sobol: 4}
 test: {sobol: 1, seed: 1}
 reduction: {fields: true}
 """
-GIVEN = {"peak": 0.002, "sy": 180.0}
+GIVEN = {"peak": 0.002, "sy": 180.0, "stiff": 3.1e5}
 # time and power: other steps and another course than those of the training
 STEPS = [(0.4, 0.001), (0.9, 0.0026), (1.2, 0.0024), (2.5, 0.0024), (2.6, 0.0005), (3.0, 0.0022)]
 OUTPUTS = ["contact_1.force_x", "contact_1.force_y", "contact_1.moment_z", "error_estimate"]
@@ -99,8 +99,9 @@ def test_python_step_by_step(model_file, post, told):
 
 def test_python_arrays(signorom, model_file, post):
     """Estimates of histories of many points have the time as second axis."""
-    points = [[0.002, 180.0], [0.0012, 240.0]]
-    (model_file.parent / "points.csv").write_text("peak,sy\n" + "".join(f"{p},{s}\n" for p, s in points))
+    points = [[0.002, 180.0, 2.2e5], [0.0012, 240.0, 5.8e5]]
+    rows = "".join(",".join(map(str, point)) + "\n" for point in points)
+    (model_file.parent / "points.csv").write_text("peak,sy,stiff\n" + rows)
     command = ["predict", model_file, "--points", "points.csv", "--output", "many.csv"]
     signorom(*command, folder=model_file.parent)
     expected = read_table(model_file.parent / "many.csv")["error_estimate"]
@@ -142,7 +143,7 @@ def test_model_without_flow_has_no_estimate(signorom, post, tmp_path):
             assert history.advance(1.0, nodes=[]).error_estimate is None
             assert history.fields().plastic_strain is None
             assert history.fields().creep_strain is None
-        assert np.isnan(model.query_history(np.array([[0.002, 180.0]])).error_estimate).all()
+        assert np.isnan(model.query_history(np.array([[0.002, 180.0, 4.0e5]])).error_estimate).all()
 
 
 WHY = "yield_stress of the material 'soft' is not finite or out of its range at an integration point: it must be"
@@ -151,18 +152,18 @@ WHY = "yield_stress of the material 'soft' is not finite or out of its range at 
 def test_property_out_of_its_range(signorom, model_file, post):
     """`predict` and the hosts name the property and the material, also at the times after the first one; exit code 3."""
     folder = model_file.parent
-    command = ["predict", model_file, "--at", "peak=0.001,sy=-5", "--output", "bad.csv"]
+    command = ["predict", model_file, "--at", "peak=0.001,sy=-5,stiff=4e5", "--output", "bad.csv"]
     done = signorom.run(*command, folder=folder)
     assert done.returncode == 3
     table = read_table(folder / "bad.csv")
     assert len(table["status"]) == 6
     assert all(status.startswith(WHY) for status in table["status"])
-    with post.Model(model_file) as model, model.start(peak=0.001, sy=-5) as history:
+    with post.Model(model_file) as model, model.start(peak=0.001, sy=-5, stiff=4e5) as history:
         for time in (1.0, 2.0):
             with pytest.raises(post.NoAnswerError, match=WHY):
                 history.advance(time)
         with pytest.raises(post.NoAnswerError, match="the model remembers"):
-            model.query(peak=0.001, sy=180, time=1, power=0.001)
+            model.query(peak=0.001, sy=180, stiff=4e5, time=1, power=0.001)
 
 
 @pytest.fixture(scope="module")

@@ -1294,6 +1294,34 @@ PLANTED = [
         "creep takes half of the time",
         "verification.test_inelastic_model$",
     ),
+    Planted(
+        SRC + "reduction/condensed/inelastic_training.F90",
+        "where (.not. flows) columns(:, i) = 0",
+        "where (.not. flows) columns(:, i) = columns(:, i)",
+        "inelastic displacements contain what another modulus does in elastic bodies",
+        "verification.test_inelastic_constants$",
+    ),
+    Planted(
+        SRC + "solver/condensed.F90",
+        "move_bodies(self, system, -closing(rows, :), columns)",
+        "move_bodies(self, system, closing(rows, :), columns)",
+        "bodies do not hang on their anchors in inelastic displacements",
+        "verification.test_inelastic_constants$",
+    ),
+    Planted(
+        SRC + "full_order/body_constants.f90",
+        "(problem%body%flows(constants(i)%materials)",
+        "(.not. problem%body%flows(constants(i)%materials)",
+        "responses of elastic bodies have the integration of those that flow",
+        "verification.test_inelastic_constants$",
+    ),
+    Planted(
+        SRC + "workflow/sampling/sampled_responses.F90",
+        "if (problem%flow%is_there()) then",
+        "if (.false.) then",
+        "snapshots of materials that flow come from elastic responses",
+        "integration.test_flow_commands$",
+    ),
     # materials
     Planted(
         SRC + "materials/radial_return.f90",

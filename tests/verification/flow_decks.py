@@ -34,16 +34,22 @@ def held(**displacements):
     return "boundary_conditions:\n" + "".join(entries)
 
 
-def write_deck(folder, mesh, model, sections, units="{length: mm, force: N, time: h}"):
-    """A deck deck.yaml on body.msh with the parameter `load`, at 1; `sections` is the rest of it."""
+def write_deck(folder, mesh, model, sections, units="{length: mm, force: N, time: h}", further=None):
+    """A deck deck.yaml on body.msh with the parameter `load`, at 1; `sections` is the rest of it.
+
+    `further` has the ranges of further parameters, in the middle of which the output point is.
+    """
     folder.mkdir(exist_ok=True)
+    ranges = {"load": (0, 2), **(further or {})}
+    parameters = ", ".join(f"{name}: {{min: {low}, max: {high}}}" for name, (low, high) in ranges.items())
+    point = ", ".join(f"{name}: {(low + high) / 2}" for name, (low, high) in ranges.items())
     mesh.write(folder / "body.msh")
     (folder / "deck.yaml").write_text(
         f"units: {units}\n"
         f"mesh: {{file: body.msh, model: {model}}}\n"
-        "parameters: {load: {min: 0, max: 2}}\n"
+        f"parameters: {{{parameters}}}\n"
         f"{sections}"
-        "output: {points: [{load: 1}]}\n"
+        f"output: {{points: [{{{point}}}]}}\n"
     )
     return folder / "deck.yaml"
 

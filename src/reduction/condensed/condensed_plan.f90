@@ -1,12 +1,15 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
-  use sig_deck_config, only: deck_config_t, reduction_config_t, value_config_t
+  use sig_body_constants, only: body_constants_t, find_body_constants, usual_nodes_of
+  use sig_deck_config, only: deck_config_t, material_config_t, reduction_config_t, value_config_t
   use sig_errors, only: error_t, make_error
+  use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_kinds, only: rk
   use sig_elasticity, only: n_stresses
   use sig_mesh_checks, only: nodes_of_boundary
   use sig_problem, only: problem_t
+  use sig_strain_force, only: has_numbers
   use sig_text, only: short_number, string_t
   implicit none(type, external)
   private
@@ -103,8 +106,8 @@ contains
     end associate
   end subroutine check_friction
 
-  !> Errors: materials flow, and there cannot be a model of them; the place is that of the elastic constant that varies, or of the
-  !> law of the first material that flows. The deck itself refuses hyper-reduction.
+  !> Errors: materials flow, and there cannot be a model of them; the place is that of the elastic constant that forbids it, or of
+  !> the law of the first material that flows; those of find_body_constants. The deck itself refuses hyper-reduction.
   subroutine check_flow(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
@@ -116,9 +119,8 @@ contains
     hint = 'the command solve needs no model'
     place = law_place(problem%deck)
     if (.not. problem%has_fixed_stiffness) then
-      reason = 'elastic constants depend on parameters, and the modes of the model are those of one stiffness'
-      hint = 'give young_modulus and poisson_ratio as numbers; ' // hint
-      place = varying_constant(problem%deck)
+      call check_constants(problem, place, reason, hint, error)
+      if (allocated(error)) return
     end if
     if (reason /= '') call make_error(error, 'materials yield or creep, but ' // reason, problem%deck%path, place%line, &
       place%column, hint=hint)
@@ -141,20 +143,71 @@ contains
     end do
   end function law_place
 
-  !> Returns the first elastic constant that is not a number.
-  pure type(value_config_t) function varying_constant(deck) result(place)
-    type(deck_config_t), intent(in) :: deck
+  !> Finds what forbids a model of materials that flow in which elastic constants depend on parameters: a constant of a body that
+  !> flows, whose modes and strains belong to one stiffness, or displacements by modes, which are those of elastic bodies. Nothing
+  !> changes where there is neither. Errors: those of find_body_constants.
+  subroutine check_constants(problem, place, reason, hint, error)
+    type(problem_t), intent(in) :: problem
+    type(value_config_t), intent(inout) :: place
+    character(:), allocatable, intent(inout) :: reason
+    !> out: begins with what to do
+    character(:), allocatable, intent(inout) :: hint
+    type(error_t), allocatable, intent(out) :: error
+    type(body_constants_t), allocatable :: constants(:)
+    type(displacement_plan_t) :: plan
+    logical, dimension(size(problem%deck%materials)) :: is_refused, is_varying
     integer :: i
 
-    do i = 1, size(deck%materials)
-      associate (material => deck%materials(i))
-        place = material%young_modulus
-        if (place%uses_parameters) return
-        place = material%poisson_ratio
-        if (place%uses_parameters) return
-      end associate
-    end do
-  end function varying_constant
+    call find_body_constants(problem, constants, error)
+    if (allocated(error)) return
+    plan = plan_displacements(problem, usual_nodes_of(constants))
+    is_varying = .not. has_numbers(problem%deck%materials)
+    is_refused = is_varying .and. materials_of_flowing_bodies(problem)
+    if (any(is_refused)) then
+      i = findloc(is_refused, .true., dim=1)
+      reason = constant_text(problem%deck%materials(i)) // ' depends on parameters, and a body with this material yields or ' // &
+        'creeps; the modes of a model belong to one stiffness of this body'
+      hint = 'give it as a number; elastic constants of bodies that stay elastic may depend on parameters; ' // hint
+    else if (plan%has_modes) then
+      i = findloc(is_varying, .true., dim=1)
+      reason = constant_text(problem%deck%materials(i)) // ' depends on parameters, and there are no displacements by modes ' // &
+        'then (reduction.displacement)'
+      if (problem%deck%reduction%displacement%type == 'auto') reason = reason // '; those of all nodes take ' // &
+        short_number(usual_nodes_of(constants) * fields_size(problem), 2) // ' MB, and reduction.max_full_order_size is ' // &
+        short_number(problem%deck%reduction%max_full_order_size, 2) // ' MB'
+      hint = 'take a larger reduction.max_full_order_size, or name the boundaries where displacements are needed: ' // &
+        'reduction: {displacement: {boundaries: [...]}}; ' // hint
+    else
+      return
+    end if
+    place = problem%deck%materials(i)%poisson_ratio
+    if (.not. problem%deck%materials(i)%young_modulus%is_constant) place = problem%deck%materials(i)%young_modulus
+  end subroutine check_constants
+
+  !> Returns the key path of the elastic constant of a material that is not a number, the modulus if neither is.
+  pure function constant_text(material) result(text)
+    type(material_config_t), intent(in) :: material
+    character(:), allocatable :: text
+
+    text = 'materials.' // material%name // '.poisson_ratio'
+    if (.not. material%young_modulus%is_constant) text = 'materials.' // material%name // '.young_modulus'
+  end function constant_text
+
+  !> Returns whether a body in which something flows has cells of each material, shape (n_materials).
+  pure function materials_of_flowing_bodies(problem) result(is_there)
+    type(problem_t), intent(in) :: problem
+    logical :: is_there(size(problem%deck%materials))
+    logical, allocatable :: flows(:)
+    integer :: i
+
+    is_there = .false.
+    associate (mesh => problem%mesh, body => problem%body)
+      flows = dofs_of_flowing_bodies(mesh, body, problem%motions%body_of_node)
+      do i = 1, mesh%n_cells
+        if (flows(mesh%n_dim * mesh%cell_nodes(mesh%cell_offsets(i) + 1))) is_there(body%material_of_cell(i)) = .true.
+      end do
+    end associate
+  end function materials_of_flowing_bodies
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
   !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too

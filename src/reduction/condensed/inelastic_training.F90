@@ -7,6 +7,7 @@
 !> that make their sums equal to those over all points.
 module sig_inelastic_training
   use sig_answer, only: answer_t
+  use sig_body_compliance, only: body_compliance_t
   use sig_compliance, only: compliance_point_t
   use sig_condensed, only: condensed_t
   use sig_condensed_model, only: condensed_model_t
@@ -14,13 +15,14 @@ module sig_inelastic_training
   use sig_contact_responses, only: close_rows, columns_at_once, measure_work
   use sig_elasticity, only: n_stresses
   use sig_errors, only: error_t
-  use sig_fixed_compliance, only: fixed_compliance_t
   use sig_flow_points, only: flow_law_t, flow_points_t, flow_room_t
   use sig_flow_properties, only: compiled_properties_t
   use sig_flow_strains, only: strain_matrices
+  use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_full_order, only: full_order_t, team_t
   use sig_imposed_strain, only: strain_field_t
   use sig_inelastic_model, only: inelastic_model_t
+  use sig_interpolated_training, only: train_interpolated
   use sig_kinds, only: rk
   use sig_linear_algebra, only: add_product, lu_t, multiply, transposed_product, unit_vector
   use sig_log, only: log_info
@@ -30,7 +32,9 @@ module sig_inelastic_training
   use sig_point_choice, only: choose_points
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
+  use sig_reasons, only: reason_converged
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
+  use sig_reduced_kinds, only: bodies_of
   use sig_response_compression, only: group_contacts
   use sig_singular_values, only: svd
   use sig_strain_compression, only: compress_strains
@@ -79,31 +83,30 @@ module sig_inelastic_training
 
 contains
 
-  !> Trains the model. Collective on all ranks, with the same result on each. Errors: those of train_condensed.
+  !> Trains the model. Collective on all ranks, with the same result on each. Errors: those of train_contact.
+  !>
+  !> Where the stiffness depends on the parameters, that of the bodies that flow does not, and bodies are coupled by contact alone:
+  !> modes, and strains at the points of these bodies, are the same for all elastic constants of the other bodies. They are computed
+  !> with those in the middle of the box.
   subroutine train_inelastic(full_order, snapshots, part, error, ierr)
     type(full_order_t), intent(inout) :: full_order
-    !> full-order solutions with displacements; those of a history follow each other
-    type(training_set_t), intent(in) :: snapshots
+    !> full-order solutions with displacements; those of a history follow each other; gets openings
+    type(training_set_t), intent(inout) :: snapshots
     !> not allocated where the stiffness could not be factored
     class(reduced_t), allocatable, intent(out) :: part
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
-    class(reduced_t), allocatable :: contact
     type(inelastic_model_t), allocatable :: model
     type(team_t), pointer :: team
     type(condensed_t), pointer :: condensed
     type(states_t) :: states
     real(rk), allocatable :: local(:, :), shared(:, :)
 
-    PetscCall(train_condensed(full_order, snapshots, contact, error, ierr))
-    if (allocated(error) .or. .not. allocated(contact)) return
-    allocate (model)
-    select type (contact)
-    type is (condensed_model_t)
-      model%contact = contact
-    end select
     PetscCall(full_order%ready_team(team, ierr))
+    PetscCall(team%solver%take_middle(full_order%problem, ierr))
     PetscCall(team%solver%condense(condensed, ierr))
+    if (condensed%reason /= reason_converged) return
+    allocate (model)
     associate (problem => full_order%problem, system => team%solver%system)
       call collect_states(problem, snapshots, states)
       PetscCall(find_modes(problem, team, condensed, snapshots, states, local, ierr))
@@ -123,11 +126,40 @@ contains
       call add_strains(problem, shared, model%all, model%all%of_terms)
       PetscCall(add_contact_strains(problem, team, condensed, model%all, ierr))
       model%largest_amplitude = sqrt(maxval(sum(states%amplitudes**2, dim=1)))
+      PetscCall(train_contact(full_order, snapshots, model%contact, error, ierr))
+      if (allocated(error)) return
       call reduce_points(problem, states, model)
       call compress_contact(problem, condensed%anchors%rows, model)
     end associate
     call move_alloc(model, part)
   end subroutine train_inelastic
+
+  !> Trains the contact of elastic bodies. Where the stiffness depends on the parameters, that of the team changes. Collective on
+  !> all ranks, with the same result on each. Errors: those of train_condensed or train_interpolated.
+  subroutine train_contact(full_order, snapshots, model, error, ierr)
+    type(full_order_t), intent(inout) :: full_order
+    !> with openings
+    type(training_set_t), intent(in) :: snapshots
+    type(condensed_model_t), target, intent(inout) :: model
+    type(error_t), allocatable, intent(out) :: error
+    PetscErrorCode, intent(out) :: ierr
+    class(reduced_t), allocatable :: contact
+    type(body_compliance_t), pointer :: bodies
+
+    if (full_order%problem%has_fixed_stiffness) then
+      PetscCall(train_condensed(full_order, snapshots, contact, error, ierr))
+    else
+      PetscCall(train_interpolated(full_order, snapshots, .false., contact, error, ierr))
+    end if
+    if (allocated(error)) return
+    select type (contact)
+    type is (condensed_model_t)
+      model = contact
+    end select
+    bodies => bodies_of(model)
+    ! contact closes and opens with the inelastic strains, too, so that each solve starts anew
+    if (associated(bodies)) bodies%start_sets = bodies%start_sets(:, :0)
+  end subroutine train_contact
 
   !> Compresses the strains of contact forces at all points.
   subroutine compress_contact(problem, anchors, model)
@@ -177,13 +209,14 @@ contains
     end associate
   end subroutine collect_states
 
-  !> Finds the modes and the amplitudes of the states, and the openings of the anchors among the unknowns. Collective on the ranks
-  !> of the team.
+  !> Finds the modes and the amplitudes of the states, the openings of the anchors among the unknowns, and the openings that
+  !> inelastic strains cause. Collective on all ranks.
   subroutine find_modes(problem, team, condensed, snapshots, states, modes, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(condensed_t), intent(inout) :: condensed
-    type(training_set_t), intent(in) :: snapshots
+    !> gets openings
+    type(training_set_t), intent(inout) :: snapshots
     type(states_t), intent(inout) :: states
     !> [length/sqrt(force*length)] rows of this rank, shape (n_local_dofs, n_modes)
     real(rk), allocatable, intent(out) :: modes(:, :)
@@ -193,6 +226,9 @@ contains
     integer :: i, n_modes
 
     PetscCall(find_inelastic(problem, team, condensed, snapshots, states, columns, energy, ierr))
+    PetscCall(close_rows(team%solver%system, -columns, snapshots%openings, ierr))
+    snapshots%openings(condensed%anchors%rows, :) = 0
+    PetscCall(broadcast_columns(snapshots%openings, PETSC_COMM_WORLD, ierr))
     PetscCall(measure_work(team%solver%system, columns, energies, ierr))
     PetscCall(broadcast_columns(energies, PETSC_COMM_WORLD, ierr))
     energies = (energies + transpose(energies)) / 2
@@ -211,7 +247,8 @@ contains
     end do
   end subroutine find_modes
 
-  !> Computes u - G theta + H z of all states. Collective on the ranks of the team.
+  !> Computes u - G theta + H z of all states in the bodies that flow, with closed anchors. In the other bodies it is zero, but for
+  !> rigid motions of those that hang on anchors. Collective on the ranks of the team.
   subroutine find_inelastic(problem, team, condensed, snapshots, states, columns, energy, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
@@ -226,6 +263,7 @@ contains
     real(rk), allocatable :: closing(:, :), response(:, :)
     real(rk) :: energies(1, 1)
     real(rk) :: whole(snapshots%n_dofs)
+    logical, allocatable :: flows(:)
     integer :: first, i, last, n
 
     ierr = 0
@@ -254,6 +292,12 @@ contains
         call add_product(-1.0_rk, condensed%free_response, states%theta(:n_free, first:last), columns(:, first:last))
         deallocate (response)
       end do
+      flows = dofs_of_flowing_bodies(problem%mesh, problem%body, problem%motions%body_of_node)
+      flows = flows(system%map%local_dofs)
+      do i = 1, n
+        where (.not. flows) columns(:, i) = 0
+      end do
+      PetscCall(condensed%hang_bodies(system, columns, ierr))
       PetscCall(sum_over_ranks(system%comm, energies, ierr))
     end associate
     PetscCall(broadcast_columns(energies, PETSC_COMM_WORLD, ierr))
@@ -414,7 +458,7 @@ contains
     call take_points(model%all, [real(rk) ::], model%check)
     call take_points(model%all, [real(rk) ::], model%chosen)
     call make_ready(problem, states, model)
-    call choose_check_points(stresses, model)
+    call choose_check_points(states, stresses, model)
     errors = huge(errors)
     do k = 1, size(tolerances)
       if (tolerances(k) <= 0 .and. minval(errors) <= tolerable) exit
@@ -430,8 +474,10 @@ contains
   end subroutine reduce_points
 
   !> Chooses the points that correct. Their sums are the openings that inelastic strains cause, and answers are sensitive to these:
-  !> so the sums count by the forces that would close them. Requires: make_ready.
-  subroutine choose_check_points(stresses, model)
+  !> so the sums count by the forces that would close them, with the elastic constants of the state that presses most. Requires:
+  !> make_ready.
+  subroutine choose_check_points(states, stresses, model)
+    type(states_t), intent(in) :: states
     real(rk), intent(in) :: stresses(:, :)
     type(inelastic_model_t), target, intent(inout) :: model
     type(compliance_point_t), target :: point
@@ -440,8 +486,10 @@ contains
     real(rk), allocatable :: of_closing(:, :), stiff(:, :)
     real(rk) :: shares(model%all%n_points())
     integer :: i
+    logical :: is_valid
 
     call model%contact%compliance%create_point(point)
+    call model%contact%compliance%evaluate(states%theta(:, maxloc(norm2(states%forces, dim=1), dim=1)), point, is_valid)
     compliance => model%contact%compliance%matrix(point)
     stiff = compliance
     associate (anchors => model%contact%compliance%anchors)

@@ -8,7 +8,7 @@
 !> to build it.
 module sig_interpolated_training
   use sig_body_compliance, only: body_compliance_t
-  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
+  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t, usual_nodes_of
   use sig_body_nodes, only: close_anchors, fill_nodes, grow_nodes, start_body
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, plan_displacements, why_not_condensed
@@ -32,14 +32,12 @@ module sig_interpolated_training
   use petsc
   implicit none(type, external)
   private
-  public :: any_variable, interpolate_fallback, interpolate_responses, train_interpolated, usual_nodes_of
+  public :: any_variable, interpolate_fallback, interpolate_responses, train_interpolated
 
   !> [-] the measured error must be at most this fraction of the tolerance, because other points can have larger errors
   real(rk), parameter :: caution = 0.25_rk
   !> most nodes of a body; more would cost too much time
   integer, parameter :: most_nodes = 170
-  !> polynomial degree for estimates of memory
-  integer, parameter :: usual_degree = 7
 
 contains
 
@@ -85,7 +83,8 @@ contains
       end if
       if (bodies%has_displacement()) call measure_fields(problem, snapshots, bodies)
     end associate
-    call log_nodes(constants, bodies, error_text(full_order%problem, snapshots, bodies))
+    call log_nodes(constants, bodies, error_text(full_order%problem, snapshots, bodies), &
+      has_bounds=.not. full_order%problem%flow%is_there())
     call move_alloc(model, part)
   end subroutine train_interpolated
 
@@ -227,16 +226,6 @@ contains
     data%start_sets = start_sets_of(snapshots%forces(), data%anchors)
   end subroutine start_data
 
-  !> Returns the mean number of interpolation nodes that a body is likely to need (polynomials of degree 7), for estimates of
-  !> memory.
-  pure real(rk) function usual_nodes_of(constants) result(n_nodes)
-    type(body_constants_t), intent(in) :: constants(:)
-    integer :: i
-
-    n_nodes = sum([(real(number_of_polynomials(size(constants(i)%numerators), usual_degree), rk), i=1, size(constants))]) / &
-      size(constants)
-  end function usual_nodes_of
-
   !> Sets data%anchor_motions, the displacements of the exact dofs by the rigid motions of the anchors. Local.
   subroutine move_anchors(team, anchors, data)
     type(team_t), intent(in) :: team
@@ -288,9 +277,11 @@ contains
     type(training_set_t), intent(in) :: solved
     type(body_compliance_t), intent(in) :: data
     type(error_t), allocatable, intent(out) :: error
-    character(:), allocatable :: bodies
+    character(:), allocatable :: bodies, hint
     integer :: i
 
+    hint = 'let the elastic constants vary less, let the moduli of a body share one factor, or take a larger tolerance'
+    if (.not. problem%flow%is_there()) hint = hint // ' or reduction.method: hhr'
     bodies = ''
     do i = 1, size(constants)
       if (size(constants(i)%numerators) > most_variables) then
@@ -310,9 +301,7 @@ contains
         counted(data%n_factorizations, 'factorization') // ' ' // error_text(problem, solved, data) // '; the relative errors ' // &
         'at all training points, and their estimates at other points, must be at most a quarter of ' // &
         'reduction.stiffness_tolerance (' // to_text(reduction%stiffness_tolerance) // ')' // bodies, problem%deck%path, &
-        hint='let the elastic constants vary less, let the moduli of a body share one factor, take a larger tolerance, or ' // &
-        'reduction.method: hhr', &
-        exit_code=exit_not_converged)
+        hint=hint, exit_code=exit_not_converged)
     end associate
   end subroutine refuse
 
@@ -338,16 +327,19 @@ contains
 
   !> Writes to the log how the constants are interpolated, the measured error, and, where answers have no bound of their error, how
   !> to get one.
-  subroutine log_nodes(constants, data, measured)
+  subroutine log_nodes(constants, data, measured, has_bounds)
     type(body_constants_t), intent(in) :: constants(:)
     type(body_compliance_t), intent(in) :: data
     !> result of error_text
     character(*), intent(in) :: measured
+    !> whether models of this kind have bounds
+    logical, intent(in) :: has_bounds
     integer :: i
 
     do i = 1, size(constants)
       if (size(constants(i)%numerators) == 0) then
-        call log_info('body ' // constants(i)%name // &
+        ! drafts of a greedy selection would say it again and again
+        if (has_bounds) call log_info('body ' // constants(i)%name // &
           ': its responses are exact, because its moduli are fixed or all scale together')
       else
         call log_info('body ' // constants(i)%name // ': its responses are interpolated over ' // &
@@ -356,7 +348,8 @@ contains
       end if
     end do
     call log_info(counted(data%n_factorizations, 'factorization') // '; ' // measured)
-    if (.not. data%has_bound()) call log_info('there is no bound of the error of answers; the error at the training ' // &
+    if (data%has_bound() .or. .not. has_bounds) return
+    call log_info('there is no bound of the error of answers; the error at the training ' // &
       'points is an estimate. For a bound, at most one constant of each body may vary: either the ratio of two ' // &
       'of its moduli, by a factor of at most about 9; or, if the body has one material, Poisson''s ratio nu, so that 1 - 2 nu ' // &
       'varies by at most this factor. A common factor of all moduli of a body may vary freely')

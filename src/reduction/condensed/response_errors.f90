@@ -51,7 +51,7 @@ contains
   !> The error is huge(1.0_rk) where a point has no answer. Local.
   subroutine measure_responses(problem, snapshots, model)
     type(problem_t), intent(in) :: problem
-    !> points with full-order contact forces; their displacements are not used
+    !> points with full-order contact forces, and with openings where materials flow; their displacements are not used
     type(training_set_t), intent(in) :: snapshots
     !> the responses of its bodies are there
     type(condensed_model_t), target, intent(inout) :: model
@@ -68,6 +68,7 @@ contains
     bodies%largest_size = 0
     do i = 1, size(errors)
       if (begins_history(problem, snapshots%parameters, i)) call model%forget(room)
+      if (allocated(snapshots%openings)) call model%open_contacts(room, snapshots%openings(:, i))
       errors(i) = error_at(model, i, theta(:, i), forces(:, i), room)
       sizes(i) = norm2(forces(:, i))
       ! the room holds W of the point

@@ -9,7 +9,7 @@
 module sig_sampled_responses
   use sig_answer, only: answer_t
   use sig_body_compliance, only: body_compliance_t
-  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t
+  use sig_body_constants, only: body_constants_t, find_body_constants, joined_body_t, usual_nodes_of
   use sig_clock, only: wall_time
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_plan, only: displacement_plan_t, why_not_condensed
@@ -17,7 +17,7 @@ module sig_sampled_responses
   use sig_contact_state, only: contact_state_t
   use sig_errors, only: error_t
   use sig_full_order, only: team_t
-  use sig_interpolated_training, only: any_variable, interpolate_responses, usual_nodes_of
+  use sig_interpolated_training, only: any_variable, interpolate_responses
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
   use sig_materials, only: varying_constants
@@ -98,6 +98,10 @@ contains
     if (allocated(self%forces)) deallocate (self%forces, self%is_solved)
     associate (wish => problem%deck%training%stiffness)
       if (problem%has_fixed_stiffness .or. wish == 'factored' .or. .not. problem%laws%is_plain()) return
+      if (problem%flow%is_there()) then
+        call tell_why_factored(wish, 'materials yield or creep, so that each step has a stiffness of its own')
+        return
+      end if
       if (wish == 'auto' .and. .not. may_condense(problem)) return
       call find_body_constants(problem, self%constants, error)
       if (allocated(error)) then
