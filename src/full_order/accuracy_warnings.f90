@@ -302,8 +302,8 @@ contains
     if (any(kind == [character(9) :: 'hhr', 'inelastic'])) text = accuracy_advice(kind)
     if (kind == 'condensed') text = 'take reduction.displacement_tolerance: 0, which keeps all responses as they are if ' // &
       'reduction.max_full_order_size allows it'
-    if (kind == 'interpolated') text = 'take more training points, a larger reduction.max_full_order_size, or ' // &
-      'reduction.displacement_tolerance: 0, which interpolates the displacements of bodies with several varying constants, ' // &
-      'too, but without a known error'
+    if (kind == 'interpolated') text = 'take a smaller reduction.displacement_tolerance, or 0, which interpolates the ' // &
+      'displacements of bodies with several varying constants, too, if reduction.max_full_order_size allows it, but without a ' // &
+      'known error'
   end function field_advice
 end module sig_accuracy_warnings

@@ -26,7 +26,7 @@ contains
 
   !> Computes G, H and the lifting with one factorization. If the contacts cannot hold a body or K cannot be factored, reason says
   !> why, and there are neither arrays nor anchors. Arrays hold the rows of this rank. Collective.
-  subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr)
+  subroutine solve_responses(system, anchors, free_response, lifting, contact_response, reason, ierr, forces)
     type(contact_system_t), intent(inout) :: system
     !> pairs that hold the bodies which only contact holds; none if there are no such bodies
     type(anchors_t), intent(out) :: anchors
@@ -35,11 +35,14 @@ contains
     !> [length] displacements under the prescribed displacements alone, one per term, then under each lifted force (those of imposed
     !> strains); shape (n_local_dofs, n_lifted_terms)
     real(rk), allocatable, intent(out) :: lifting(:, :)
-    !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows)
+    !> [length/force] H = K^-1 (B' - B_T' N'), shape (n_local_dofs, n_rows); with `forces` [length] H times these, shape
+    !> (n_local_dofs, n_sets)
     real(rk), allocatable, intent(out) :: contact_response(:, :)
     !> reason_converged, or why there are no responses
     integer, intent(out) :: reason
     PetscErrorCode, intent(out) :: ierr
+    !> [force] sets of contact forces, shape (n_rows, n_sets); default: a unit force on each row
+    real(rk), allocatable, intent(in), optional :: forces(:, :)
     type(linear_solver_t) :: linear_solver
 
     PetscCall(factor_without_contact(system, linear_solver, ierr))
@@ -48,7 +51,11 @@ contains
       call find_anchors(system%motions, anchors)
       PetscCall(solve_free_response(system, linear_solver, system%boundary%n_driving_terms, free_response, ierr, anchors))
       PetscCall(solve_lifting(system, linear_solver, lifting, ierr))
-      PetscCall(solve_contact(system, anchors, linear_solver, contact_response, ierr))
+      if (present(forces)) then
+        PetscCall(solve_sets(system, anchors, linear_solver, forces, contact_response, ierr))
+      else
+        PetscCall(solve_contact(system, anchors, linear_solver, contact_response, ierr))
+      end if
     end if
     PetscCall(linear_solver%destroy(ierr))
   end subroutine solve_responses
@@ -70,6 +77,26 @@ contains
       PetscCall(solve_columns(system, anchors, linear_solver, [(k, k=first, last)], response(:, first:last), ierr))
     end do
   end subroutine solve_contact
+
+  !> Computes H times any number of sets of contact forces. Collective.
+  subroutine solve_sets(system, anchors, linear_solver, forces, response, ierr)
+    type(contact_system_t), intent(in) :: system
+    type(anchors_t), intent(in) :: anchors
+    class(linear_solver_t), intent(inout) :: linear_solver
+    !> [force] shape (n_rows, n_sets)
+    real(rk), intent(in) :: forces(:, :)
+    !> [length] rows of this rank, shape (n_local_dofs, n_sets)
+    real(rk), allocatable, intent(out) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    integer :: first, last
+
+    ierr = 0
+    allocate (response(system%map%n_local_dofs, size(forces, 2)))
+    do first = 1, size(forces, 2), columns_at_once
+      last = min(first + columns_at_once - 1, size(forces, 2))
+      PetscCall(solve_forces(system, anchors, linear_solver, forces(:, first:last), response(:, first:last), ierr))
+    end do
+  end subroutine solve_sets
 
   !> Computes the columns of H = K^-1 (B' - B_T' N') that belong to some rows; those of anchors are zero up to rounding. Sets the
   !> reason of the linear solver, as solve_many does. Collective.

@@ -10,14 +10,14 @@ from results import read_table
 from runs import write_deck
 
 POINT = {"squeeze": 0.2, "nu": 0.3}
-# four training points, and no room for displacements other than modes
+# no room for displacements other than modes, and few of these, because much error is allowed
 CHANGES = {
     "max: 0.45, unit: m}}": "max: 0.45, unit: m}, nu: {min: 0.2, max: 0.45}}",
     "poisson_ratio: 0.35": "poisson_ratio: nu",
     "solver: {type: condensed}\n": "",
     "{grid: {squeeze: 15}}": "{sobol: 4}",
     "{grid: {squeeze: 7}}": "{sobol: 20, seed: 1}",
-    "method: hhr, pod_tolerance: 1.0e-8": "max_full_order_size: 0.02, fields: true",
+    "method: hhr, pod_tolerance: 1.0e-8": "max_full_order_size: 0.02, displacement_tolerance: 0.9, fields: true",
     "[{squeeze: 0.2}, {squeeze: 0.4}]": "[{squeeze: 0.2, nu: 0.3}]",
 }
 

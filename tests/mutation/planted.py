@@ -591,6 +591,27 @@ PLANTED = [
         further="verification.test_interpolated_stiffness",
     ),
     Planted(
+        SRC + "reduction/condensed/interpolated_fields.F90",
+        "[(is_answered(i) .and. modulo(i, 10) > 0, i=1, size(is_answered))]], states)",
+        "[(is_answered(i) .and. i < 0, i=1, size(is_answered))]], states)",
+        "modes of interpolated models know nothing but the training points",
+        "verification.test_interpolated_stiffness",
+    ),
+    Planted(
+        SRC + "reduction/condensed/interpolated_fields.F90",
+        "call add_product(1.0_rk, responses%prescribed(rows, :)",
+        "call add_product(0.0_rk, responses%prescribed(rows, :)",
+        "modes do not know what prescribed displacements do to other elastic constants",
+        "integration.test_displacement_error",
+    ),
+    Planted(
+        SRC + "reduction/condensed/displacement_modes.F90",
+        "maxval(rest) > tolerance**2",
+        "maxval(rest) > tolerance",
+        "far fewer modes than the tolerance asks for",
+        "verification.test_interpolated_stiffness",
+    ),
+    Planted(
         SRC + "reduction/condensed/response_errors.f90",
         "if (answer%reason > 0 .and. self%is_answered(i)) changes",
         "if (.false.) changes",

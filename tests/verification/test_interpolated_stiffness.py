@@ -125,11 +125,15 @@ MODES = {
 }
 
 
+# of displacements in energy: the default of reduction.displacement_tolerance
+FIELD_TOLERANCE = 1e-3
+
+
 def validate_modes(signorom, folder, name, n_ranks):
     """Columns of validation.csv of a model that has room for no displacement but that by modes."""
     write, room = MODES[name]
     deck = write(folder)
-    text = deck.read_text().replace("training: {sobol: 20}", "training: {sobol: 40}")
+    text = deck.read_text().replace("test: {sobol: 12, seed: 3}", "test: {latin_hypercube: 40}")
     deck.write_text(text + f"reduction: {{max_full_order_size: {room}}}\n")
     signorom("run", deck, folder=folder, n_ranks=n_ranks)
     return read_table(folder / "results" / deck.stem / "validation.csv")
@@ -139,7 +143,10 @@ def validate_modes(signorom, folder, name, n_ranks):
     "name", [pytest.param("core_and_rim", marks=pytest.mark.long), "one_ratio", "two_materials"]
 )
 def test_displacements_by_modes(signorom, tmp_path, figures, name):
-    """Bounds of the energy of what is missing; without prescribed displacements |u_r| is below |u|."""
+    """20 training points; bounds of the energy of what is missing; without prescribed displacements |u_r| is below |u|.
+
+    Modes from these points alone miss the tolerance by a factor of 10 and more.
+    """
     table = validate_modes(signorom, tmp_path, name, 1)
     effectivity = table["displacement_bound"] / table["e_u_energy_relative"]
     assert (table["e_u_energy_relative"] > 1e-10).all()
@@ -147,8 +154,13 @@ def test_displacements_by_modes(signorom, tmp_path, figures, name):
     problem = f"{name}, displacements by modes"
     figures.at_most(problem, "median bound over error", np.median(effectivity), 4, "K factored")
     figures.at_most(problem, "largest bound over error", effectivity.max(), 10, "K factored")
+    error = np.percentile(table["e_u_energy_relative"], 95)
     figures.at_most(
-        problem, "displacements, median", np.median(table["e_u"]), 0.01, "K factored at each point"
+        problem, "energy, 95 % of unseen points", error, FIELD_TOLERANCE, "K factored at each point"
+    )
+    told = np.percentile(table["displacement_bound"], 95)
+    figures.at_most(
+        problem, "what answers tell of it, 95 %", told, FIELD_TOLERANCE, "K factored at each point"
     )
 
 

@@ -25,7 +25,7 @@ module sig_body_nodes
     !> [length] displacements under loads, and under prescribed displacements, per term; shape (n_local_dofs, n_driving_terms)
     real(rk), allocatable :: loaded(:, :)
     real(rk), allocatable :: prescribed(:, :)
-    !> [length/force] displacements under a unit force on each contact row, shape (n_local_dofs, n_multipliers)
+    !> [length/force] minus the displacements under a unit force on each contact row, shape (n_local_dofs, n_multipliers)
     real(rk), allocatable :: contact(:, :)
   end type responses_t
 
@@ -123,7 +123,7 @@ contains
   !> stiffness of the team is then that of `joined`. Collective on the ranks of the team.
   !>
   !> Errors: the stiffness could not be factored.
-  subroutine solve_node(problem, team, joined, data, responses, error, ierr)
+  subroutine solve_node(problem, team, joined, data, responses, error, ierr, forces)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(in) :: joined
@@ -131,12 +131,15 @@ contains
     type(responses_t), intent(out) :: responses
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
+    !> [force] sets of contact forces, shape (n_multipliers, n_sets); responses%contact are then minus the
+    !> displacements [length] under these. Default: a unit force on each contact row
+    real(rk), allocatable, intent(in), optional :: forces(:, :)
     real(rk), allocatable :: lifting(:, :)
     integer :: reason
 
     PetscCall(team%solver%take_body(problem, joined%body, ierr))
     associate (system => team%solver%system)
-      PetscCall(solve_responses(system, responses%anchors, responses%loaded, lifting, responses%contact, reason, ierr))
+      PetscCall(solve_responses(system, responses%anchors, responses%loaded, lifting, responses%contact, reason, ierr, forces))
     end associate
     data%n_factorizations = data%n_factorizations + 1
     if (reason /= reason_converged) then

@@ -376,8 +376,8 @@ contains
     if (.not. allocated(error)) is_marked(nodes) = .true.
   end subroutine mark_nodes
 
-  !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots. False only if it is certain
-  !> that the contact forces are enough.
+  !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots, or they are kept to compare
+  !> with. False only if it is certain that the contact forces are enough.
   logical function needs_displacements(problem)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: kind, reason
@@ -387,7 +387,7 @@ contains
     if (kind == 'inelastic') then
       needs_displacements = .true.
     else if (kind == 'interpolated') then
-      ! how much memory the nodes need is known only after the training
+      ! modes come from the model's own displacements; those of the snapshots are there to compare with
       associate (displacement => problem%deck%reduction%displacement)
         needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'
       end associate

@@ -1,7 +1,8 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Displacements by modes where elastic constants depend on the parameters. For each body this module computes a basis, the reduced
-!> equations (Galerkin) for each part of the stiffness, and the residuals that bound their error. sig_body_modes uses them.
+!> Displacements by modes where elastic constants depend on the parameters. For each body this module computes a basis from the
+!> displacements of many states (sig_interpolated_fields), the reduced equations (Galerkin) for each part of the stiffness, and the
+!> residuals that bound their error. sig_body_modes uses them.
 !>
 !> mu_0 are the elastic constants of a body for which the variables of its interpolation (body_constants_t) are in the middle of
 !> their ranges. A part of the stiffness belongs to one modulus of one material.
@@ -9,22 +10,23 @@ module sig_displacement_modes
   use sig_body_constants, only: joined_body_t
   use sig_body_modes, only: body_modes_t, part_moduli
   use sig_body_nodes, only: close_anchors, dofs_of_body, responses_t, solve_node
-  use sig_contact_responses, only: close_rows
+  use sig_contact_responses, only: close_rows, measure_work
   use sig_elastic_body, only: elastic_body_t
   use sig_elasticity, only: hooke_term, n_hooke_terms, n_stresses
   use sig_errors, only: error_t
   use sig_free_response, only: factor_without_contact, held_dofs
   use sig_full_order, only: team_t
-  use sig_held_modes, only: find_held_modes
   use sig_holding, only: anchors_t
   use sig_body_data, only: body_data_t
+  use sig_energy_modes, only: product_of
+  use sig_interpolated_fields, only: field_states_t, interpolate_fields
   use sig_kinds, only: rk
-  use sig_linear_algebra, only: transposed_product
+  use sig_linear_algebra, only: add_product, transposed_product
   use sig_linear_solver, only: linear_solver_t
   use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
   use sig_problem, only: problem_t
   use sig_residual_triangle, only: find_triangle
-  use sig_training_set, only: training_set_t
+  use sig_singular_values, only: svd
   use petsc
   implicit none(type, external)
   private
@@ -35,26 +37,35 @@ module sig_displacement_modes
     real(rk), allocatable :: values(:, :)
   end type columns_t
 
+  !> [-] what modes leave of a state, over reduction.displacement_tolerance: the errors that answers tell are a few times as large,
+  !> and other points have larger ones
+  real(rk), parameter :: caution = 0.1_rk
+  !> [-] modes with a smaller share of the energy of the first one are rounding
+  real(rk), parameter :: rounding_of_energy = 1.0e-13_rk
+
 contains
 
-  !> Sets data%modes and data%mode_motions, and data%middle_compliance where the data have no bound. Afterwards `joined` and the
-  !> stiffness of the team are those of mu_0, where the variables of the interpolation are in the middle of their ranges. Collective
-  !> on all ranks, with the same result on each.
+  !> Sets data%modes and data%mode_motions, and data%middle_compliance, which is empty where the data have a bound. Afterwards
+  !> `joined` and the stiffness of the team are those of mu_0, where the variables of the interpolation are in the middle of their
+  !> ranges. Collective on all ranks, with the same result on each.
   !>
   !> Errors: the stiffness could not be factored.
-  subroutine add_displacement_modes(problem, team, joined, snapshots, data, error, ierr)
+  subroutine add_displacement_modes(problem, team, joined, states, data, error, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     type(joined_body_t), intent(inout) :: joined
-    !> full-order solutions with displacements
-    type(training_set_t), intent(in) :: snapshots
+    !> whose displacements modes are chosen for
+    type(field_states_t), intent(in) :: states
     class(body_data_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     type(responses_t) :: responses
     type(columns_t) :: bases(size(joined%constants)), forces(size(joined%constants))
+    real(rk), allocatable :: fields(:, :)
     integer :: i
 
+    PetscCall(interpolate_fields(problem, team, joined, states, data, fields, error, ierr))
+    if (allocated(error)) return
     do i = 1, size(joined%constants)
       call joined%set(problem, i, (joined%constants(i)%lower + joined%constants(i)%upper) / 2)
     end do
@@ -64,7 +75,7 @@ contains
     do i = 1, size(joined%constants)
       call take_materials(problem, joined, i, data%modes(i))
     end do
-    PetscCall(find_bases(problem, team, responses, snapshots, data, bases, ierr))
+    PetscCall(find_bases(problem, team, responses, states, fields, data, bases, ierr))
     call move_all_dofs(team, responses, data)
     PetscCall(measure_parts(problem, team, joined, bases, forces, data, ierr))
     ! from here on the stiffness is that of mu_0 again
@@ -96,14 +107,16 @@ contains
     end associate
   end subroutine take_materials
 
-  !> Computes the basis of each body: the responses to prescribed displacements, then the POD modes. Sets dofs, lifted_terms and
-  !> basis of data%modes(:). Collective on all ranks.
-  subroutine find_bases(problem, team, responses, snapshots, data, bases, ierr)
+  !> Computes the basis of each body: the responses to prescribed displacements, then the modes. Sets dofs, lifted_terms and basis
+  !> of data%modes(:). Collective on all ranks.
+  subroutine find_bases(problem, team, responses, states, fields, data, bases, ierr)
     type(problem_t), intent(in) :: problem
     type(team_t), intent(inout) :: team
     !> responses at mu_0, where the variables of the interpolation are in the middle of their ranges
     type(responses_t), intent(in) :: responses
-    type(training_set_t), intent(in) :: snapshots
+    type(field_states_t), intent(in) :: states
+    !> of interpolate_fields; changed
+    real(rk), allocatable, intent(inout) :: fields(:, :)
     class(body_data_t), intent(inout) :: data
     !> basis of each body on the rows of this rank, zero outside of the body
     type(columns_t), intent(out) :: bases(:)
@@ -119,11 +132,14 @@ contains
       PetscCall(system%share_columns(responses%prescribed(:, lifted), size(lifted), lifting, ierr))
       PetscCall(broadcast_columns(lifting, PETSC_COMM_WORLD, ierr))
       do i = 1, size(bases)
+        call leave_out_lifting(problem, team, responses, lifted, states, data, i, fields)
+      end do
+      do i = 1, size(bases)
         is_own = dofs_of_body(problem, i)
         associate (own => data%modes(i))
           own%dofs = pack([(k, k=1, size(is_own))], is_own)
           own%lifted_terms = lifted
-          PetscCall(find_held_modes(problem, system, snapshots, own%dofs, lifting, lifted, modes, ierr))
+          PetscCall(find_modes(problem, team, fields, is_own, own%dofs, modes, ierr))
           allocate (own%basis(size(own%dofs), size(lifted) + size(modes, 2)))
           own%basis(:, :size(lifted)) = lifting(own%dofs, :)
           own%basis(:, size(lifted) + 1:) = modes
@@ -137,6 +153,87 @@ contains
       end do
     end associate
   end subroutine find_bases
+
+  !> Subtracts from the fields of one body the responses to prescribed displacements at mu_0. Local.
+  subroutine leave_out_lifting(problem, team, responses, lifted, states, data, i_body, fields)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(in) :: team
+    type(responses_t), intent(in) :: responses
+    !> numbers of the terms of prescribed displacements
+    integer, intent(in) :: lifted(:)
+    type(field_states_t), intent(in) :: states
+    class(body_data_t), intent(in) :: data
+    integer, intent(in) :: i_body
+    !> of interpolate_fields
+    real(rk), intent(inout) :: fields(:, :)
+    real(rk), allocatable :: own(:, :), theta(:, :)
+    logical, allocatable :: is_own(:)
+    integer, allocatable :: rows(:)
+    integer :: i
+
+    is_own = dofs_of_body(problem, i_body)
+    theta = states%theta(lifted, :)
+    do i = 1, size(theta, 2)
+      theta(:, i) = sqrt(data%bodies(i_body)%modulus_ratio(states%theta(:, i))) / states%sizes(i) * theta(:, i)
+    end do
+    associate (local => team%solver%system%map%local_dofs)
+      rows = pack([(i, i=1, size(local))], is_own(local))
+    end associate
+    own = fields(rows, :)
+    call add_product(-1.0_rk, responses%prescribed(rows, lifted), theta, own)
+    fields(rows, :) = own
+  end subroutine leave_out_lifting
+
+  !> Computes the modes of one body, the principal displacements of the states in the norm of K(mu_0), as many as the tolerance asks
+  !> for. Collective on all ranks, with the same result on each. Requires: the stiffness of the team is that of mu_0.
+  subroutine find_modes(problem, team, fields, is_own, dofs, modes, ierr)
+    type(problem_t), intent(in) :: problem
+    type(team_t), intent(in) :: team
+    !> displacements of the states over their sizes, without lifting; rows of this rank
+    real(rk), contiguous, intent(in) :: fields(:, :)
+    !> dofs of the body, natural: as flags of all dofs, and as numbers
+    logical, intent(in) :: is_own(:)
+    integer, intent(in) :: dofs(:)
+    !> [length/sqrt(force*length)] orthonormal in the norm of K(mu_0), shape (size(dofs), n_modes)
+    real(rk), allocatable, intent(out) :: modes(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: energy(:, :), u(:, :), s(:), vt(:, :), shared(:, :)
+    integer :: i, n
+
+    associate (system => team%solver%system, tolerance => caution * problem%deck%reduction%displacement_tolerance)
+      PetscCall(measure_work(system, fields, energy, ierr, is_own))
+      PetscCall(broadcast_columns(energy, PETSC_COMM_WORLD, ierr))
+      call svd((energy + transpose(energy)) / 2, u, s, vt)
+      n = number_of_modes(u, s, tolerance)
+      do i = 1, n
+        u(:, i) = u(:, i) / sqrt(s(i))
+      end do
+      PetscCall(system%share_columns(product_of(fields, u(:, :n)), n, shared, ierr))
+      PetscCall(broadcast_columns(shared, PETSC_COMM_WORLD, ierr))
+      modes = shared(dofs, :)
+      do i = 1, size(dofs)
+        if (system%boundary%is_prescribed(dofs(i))) modes(i, :) = 0
+      end do
+    end associate
+  end subroutine find_modes
+
+  !> Returns the smallest number of modes that leave at most the tolerance of each state.
+  pure integer function number_of_modes(u, s, tolerance) result(n)
+    !> eigenvectors of the products of the states, a state per row, and eigenvalues
+    real(rk), intent(in) :: u(:, :)
+    real(rk), intent(in) :: s(:)
+    !> [-]
+    real(rk), intent(in) :: tolerance
+    real(rk) :: rest(size(u, 1))
+
+    n = count(s > rounding_of_energy * maxval([0.0_rk, s]))
+    rest = 0
+    do while (n > 0)
+      rest = rest + s(n) * u(:, n)**2
+      if (maxval(rest) > tolerance**2) exit
+      n = n - 1
+    end do
+  end function number_of_modes
 
   !> Sets data%mode_motions, the displacements of all dofs by the rigid motions of the anchors. Local.
   subroutine move_all_dofs(team, responses, data)
@@ -254,6 +351,7 @@ contains
         deallocate (driven, columns)
       end do
       PetscCall(linear_solver%destroy(ierr))
+      allocate (data%middle_compliance(0, 0))
       if (data%has_bound()) return
       PetscCall(close_rows(system, responses%contact, data%middle_compliance, ierr))
       call close_anchors(responses%anchors, data%middle_compliance)
@@ -278,7 +376,7 @@ contains
     end do
   end subroutine keep_body
 
-  !> Sets modes%loads to Phi'F, the work of the loads on the POD modes Phi, which are the last columns of the basis V. Sets
+  !> Sets modes%loads to Phi'F, the work of the loads on the modes Phi, which are the last columns of the basis V. Sets
   !> modes%contact to V'B', the work of unit contact forces on V after the motions that close the anchors. Collective on all ranks.
   subroutine take_work(team, anchors, basis, driven, modes, ierr)
     type(team_t), intent(in) :: team

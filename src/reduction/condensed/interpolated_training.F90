@@ -17,6 +17,7 @@ module sig_interpolated_training
   use sig_errors, only: error_t, exit_not_converged, make_error
   use sig_full_order, only: full_order_t, team_t
   use sig_holding, only: anchors_t, find_anchors
+  use sig_interpolated_fields, only: field_states_t, find_field_states, told_errors
   use sig_interpolation_residuals, only: may_have_bounds, measure_residuals
   use sig_kinds, only: rk
   use sig_log, only: log_info, log_warning
@@ -27,6 +28,7 @@ module sig_interpolated_training
   use sig_reduced_kinds, only: bodies_of
   use sig_reference_sets, only: start_sets_of
   use sig_response_errors, only: measure_fields, measure_responses, probes_t
+  use sig_statistics, only: statistics_t, summarize
   use sig_text, only: counted, short_number, to_text
   use sig_training_set, only: training_set_t
   use petsc
@@ -51,7 +53,7 @@ contains
     type(full_order_t), intent(inout) :: full_order
     !> full-order solutions
     type(training_set_t), intent(in) :: snapshots
-    !> allow displacement modes; the snapshots must then have displacements
+    !> allow displacement modes
     logical, intent(in) :: may_have_modes
     !> the model; not allocated after an error
     class(reduced_t), allocatable, intent(out) :: part
@@ -62,6 +64,7 @@ contains
     type(condensed_model_t), allocatable, target :: model
     type(body_compliance_t), pointer :: bodies
     type(displacement_plan_t) :: plan
+    type(field_states_t) :: others, states
     type(team_t), pointer :: team
 
     PetscCall(full_order%ready_team(team, ierr))
@@ -77,16 +80,39 @@ contains
       if (allocated(error)) return
       PetscCall(measure_residuals(problem, team, joined, bodies, error, ierr))
       if (allocated(error)) return
+      if (bodies%has_displacement() .or. may_have_modes) call measure_fields(problem, snapshots, bodies)
       if (plan%has_modes .and. may_have_modes) then
-        PetscCall(add_displacement_modes(problem, team, joined, snapshots, bodies, error, ierr))
+        call find_field_states(problem, snapshots, model, states, others)
+        PetscCall(add_displacement_modes(problem, team, joined, states, bodies, error, ierr))
         if (allocated(error)) return
+        call tell_error(bodies%n_modes(), told_errors(bodies, others), problem%deck%reduction%displacement_tolerance)
       end if
-      if (bodies%has_displacement()) call measure_fields(problem, snapshots, bodies)
     end associate
     call log_nodes(constants, bodies, error_text(full_order%problem, snapshots, bodies), &
       has_bounds=.not. full_order%problem%flow%is_there())
     call move_alloc(model, part)
   end subroutine train_interpolated
+
+  !> Logs the errors of displacements that the model tells at points which its modes do not come from; warns if more than 5 % of
+  !> them miss the tolerance.
+  subroutine tell_error(n_modes, errors, tolerance)
+    integer, intent(in) :: n_modes
+    !> [-] in energy, relative
+    real(rk), intent(in) :: errors(:)
+    real(rk), intent(in) :: tolerance
+    character(:), allocatable :: text
+    type(statistics_t) :: statistics
+
+    statistics = summarize(errors)
+    text = 'displacements by ' // counted(n_modes, 'mode') // ': the error in energy that answers tell is at most ' // &
+      short_number(statistics%p95, 2) // ' at 95 % of ' // counted(statistics%n_values, 'other point') // ', ' // &
+      short_number(statistics%maximum, 2) // ' at the worst of them'
+    if (statistics%p95 <= tolerance) then
+      call log_info(text)
+    else
+      call log_warning(text // '; reduction.displacement_tolerance is ' // short_number(tolerance, 2))
+    end if
+  end subroutine tell_error
 
   !> Computes the responses at more and more nodes, until the errors of the contact forces, measured at the solved points and
   !> estimated at probes (sig_response_errors), are at most a quarter of reduction.stiffness_tolerance. Where no body needs an

@@ -17,9 +17,9 @@ module sig_probe_points
 
 contains
 
-  !> Chooses 200 probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
+  !> Chooses probes in the box by a Latin hypercube and evaluates their terms. Only the probes before the first one where a term
   !> has no finite value are kept.
-  subroutine find_probes(problem, training_points, points, theta, nearest)
+  subroutine find_probes(problem, training_points, points, theta, nearest, n_wanted)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
     real(rk), intent(in) :: training_points(:, :)
@@ -29,19 +29,24 @@ contains
     real(rk), allocatable, intent(out) :: theta(:, :)
     !> number of the nearest training point of each probe, from whose active set a query starts; shape (n_probes)
     integer, allocatable, intent(out) :: nearest(:)
-    integer :: i, i_bad_point, i_bad_source
+    !> number of probes; default: 200
+    integer, intent(in), optional :: n_wanted
+    integer :: i, i_bad_point, i_bad_source, n
 
-    points = probes_in(problem%deck)
+    n = n_probes
+    if (present(n_wanted)) n = n_wanted
+    points = probes_in(problem%deck, n)
     call evaluate_points(problem%terms, points, theta, i_bad_point, i_bad_source)
     if (i_bad_point > 0) theta = theta(:, :i_bad_point - 1)
     points = points(:, :size(theta, 2))
     nearest = [(nearest_of(problem%deck%state_parameters, training_points, points(:, i)), i=1, size(theta, 2))]
   end subroutine find_probes
 
-  !> Returns 200 points of the box by a Latin hypercube, with a history one state of each, whose time is a further coordinate of the
-  !> hypercube; none where a table is not valid. Shape (size(deck%state_parameters), n).
-  function probes_in(deck) result(probes)
+  !> Returns points of the box by a Latin hypercube, with a history one state of each, whose time is a further coordinate of the
+  !> hypercube; none where a table is not valid. Shape (size(deck%state_parameters), n_points).
+  function probes_in(deck, n_points) result(probes)
     type(deck_config_t), intent(in) :: deck
+    integer, intent(in) :: n_points
     real(rk), allocatable :: probes(:, :)
     real(rk), allocatable :: places(:, :), states(:, :)
     type(error_t), allocatable :: error
@@ -49,14 +54,14 @@ contains
 
     n = size(deck%parameters)
     n_times = deck%history%states%n_times()
-    places = latin_hypercube_points(n + min(1, n_times), n_probes, 1)
+    places = latin_hypercube_points(n + min(1, n_times), n_points, 1)
     call find_states(deck, in_box(places(:n, :), deck%parameters), states, error)
     if (allocated(error)) then
       allocate (probes(size(deck%state_parameters), 0))
     else if (n_times == 0) then
       probes = states
     else
-      probes = states(:, [((i - 1) * n_times + 1 + int(places(n + 1, i) * n_times), i=1, n_probes)])
+      probes = states(:, [((i - 1) * n_times + 1 + int(places(n + 1, i) * n_times), i=1, n_points)])
     end if
   end function probes_in
 
