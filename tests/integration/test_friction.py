@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Decks with friction and tied surfaces through all commands. Forces of other programs: tests/verification."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -325,8 +327,22 @@ def test_memory(post, results):
     ids=["active_set", "gamg", "hhr", "clusters", "negative", "nan", "tied", "tied gap"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
-    """Exit code 2 and a sentence before anything is solved."""
-    assert said in refuse(signorom, "check", write_deck(tmp_path, **changes), folder=tmp_path)
+    """Exit code 2 and a sentence with its place before anything is solved."""
+    message = refuse(signorom, "check", write_deck(tmp_path, **changes), folder=tmp_path)
+    assert said in message
+    assert re.search(r"part\.yaml:[1-9]\d*:[1-9]\d*: ", message)
+
+
+def test_refused_models_name_the_contact(signorom, tmp_path):
+    """The place of a refusal of a model is that of the coefficient of friction, or of a tied contact's first surface."""
+    for friction, key in (("friction: mu", "friction: "), ("tied: true", "first: ")):
+        deck = write_deck(
+            tmp_path, **{"reduction: {fields: true}": "reduction: {method: hhr}", "friction: mu": friction}
+        )
+        lines = deck.read_text().splitlines()
+        line = next(i for i, text in enumerate(lines) if friction in text and key in text)
+        column = lines[line].index(key) + len(key)
+        assert f"part.yaml:{line + 1}:{column + 1}: " in refuse(signorom, "check", deck, folder=tmp_path)
 
 
 def test_warnings(signorom, tmp_path):

@@ -82,11 +82,13 @@ contains
     end associate
   end subroutine choose_model_kind
 
-  !> Errors: contacts have friction or are tied, and the deck asks for something that only a model without can do.
+  !> Errors: contacts have friction or are tied, and the deck asks for something that only a model without can do. The place is that
+  !> of the first such contact.
   subroutine check_friction(problem, error)
     type(problem_t), intent(in) :: problem
     type(error_t), allocatable, intent(out) :: error
     character(:), allocatable :: reason, hint
+    integer :: place(2)
 
     if (problem%laws%is_plain()) return
     reason = why_not_condensed(problem)
@@ -102,9 +104,27 @@ contains
         reason = 'a greedy selection asks a model at single points, which do not remember'
         hint = 'leave greedy out: a condensed model is exact whatever its training points are'
       end if
-      if (reason /= '') call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, hint=hint)
+      if (reason == '') return
+      place = place_of_friction(deck)
+      call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, place(1), place(2), hint=hint)
     end associate
   end subroutine check_friction
+
+  !> Returns line and column of the first coefficient of friction, or of the first surface of a tied contact.
+  pure function place_of_friction(deck) result(place)
+    type(deck_config_t), intent(in) :: deck
+    integer :: place(2)
+    integer :: i
+
+    place = 0
+    do i = 1, size(deck%contact)
+      associate (contact => deck%contact(i))
+        if (contact%has_friction) place = [contact%friction%line, contact%friction%column]
+        if (contact%tied /= 'false') place = [contact%first%line, contact%first%column]
+      end associate
+      if (any(place > 0)) return
+    end do
+  end function place_of_friction
 
   !> Errors: materials flow, and there cannot be a model of them; the place is that of the elastic constant that forbids it, or of
   !> the law of the first material that flows; those of find_body_constants. The deck itself refuses hyper-reduction.
