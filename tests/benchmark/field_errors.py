@@ -22,7 +22,7 @@ DISCS = {"disc": ("plane_strain", 0.1), "disc_in_the_round": ("axisymmetric", 0.
 VARYING = {
     "varying_plane": ("T6", 50e3),
     "varying_solid": ("H8", 50e3),
-    "varying_small": ("H8", 2e3),
+    "varying_small": ("H8", 6e2),
 }
 CASES = (*DISCS, *SHIPPED, "varying_plane", "varying_solid")
 # A disc, or a sphere, of radius 50 mm between two plates; only the half with x > 0.
