@@ -59,6 +59,7 @@ module sig_condensed_model
     procedure :: take_laws
     procedure :: create_room
     procedure :: open_contacts
+    procedure :: start_from_set
     procedure :: unknown_changes
     procedure :: forget
     procedure :: n_remembered
@@ -97,8 +98,9 @@ module sig_condensed_model
     type(compliance_point_t) :: point
     !> [length] w = W z + q, shape (n_unknowns)
     real(rk), allocatable :: opening(:)
-    !> active set to start from, shape (n_unknowns)
+    !> active set to start from, shape (n_unknowns); and the one that start_from_set gives
     logical, allocatable :: start(:)
+    logical, allocatable :: given_start(:)
     !> of contacts with friction
     type(friction_memory_t) :: memory
     !> those of the point, where W depends on it
@@ -204,6 +206,21 @@ contains
       room%point%other_opening = openings
     end select
   end subroutine open_contacts
+
+  !> Gives the active set from which the next problems of all contacts start, such as that of an answer for nearly the same
+  !> openings. With size 0 they start as they do by default. With friction it is not used: steps start from the states of the last
+  !> time.
+  pure subroutine start_from_set(self, room, is_active)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+    !> shape (n_unknowns) or (0)
+    logical, intent(in) :: is_active(:)
+
+    select type (room)
+    type is (condensed_room_t)
+      room%given_start = is_active
+    end select
+  end subroutine start_from_set
 
   !> Computes by how much the unknowns of the last answer change where openings do, for small changes that change no state: with the
   !> closed rows A, W_AA z_A' + w_A' = 0. Where there is no derivative, is_known is false and the changes are 0.
@@ -465,6 +482,9 @@ contains
 
     answer%reason = reason_ray
     call compliance%start_from(near%nearest, room%point, room%start)
+    if (allocated(room%given_start)) then
+      if (size(room%given_start) == size(room%start)) room%start = room%given_start
+    end if
     call compliance%solve_near(near%nearest, theta, room%start, room%point, room%solution, room%workspace, answer%unknowns, &
       is_tried)
     if (is_tried) call answer%take_solution(room%solution, answer_condensed)

@@ -449,6 +449,7 @@ contains
     type(chain_t), intent(inout) :: chain
 
     call self%contact%save_memory(chain%room, chain%memory)
+    call self%contact%start_from_set(chain%room, [logical ::])
     associate (n => self%n_rows())
       call chain%answer%start(1, size(theta), self%contact%n_modes(), n, n)
     end associate
@@ -465,6 +466,8 @@ contains
     call self%contact%open_contacts(chain%room, chain%openings)
     chain%answer%n_iterations = 0
     call self%contact%solve(chain%answer%theta, neighbors_t(), chain%room, chain%answer)
+    ! the next iterate has nearly the same openings
+    if (chain%answer%reason > 0) call self%contact%start_from_set(chain%room, chain%answer%unknowns > 0)
   end subroutine solve_contact
 
   !> Finds the amplitudes by Newton's method on R = a - sum_g w_g E_U,g' s_g = 0. reason <= 0 says why there are none.
@@ -575,6 +578,7 @@ contains
 
     call update_points(self%check, room%check, is_solved)
     call self%check%work_on_contact(room%check, room%corrected%openings)
+    call self%contact%start_from_set(room%corrected%room, room%reduced%answer%unknowns > 0)
     call solve_contact(self, room%corrected)
     reason = room%corrected%answer%reason
     if (room%has_points .and. self%check%n_points() == self%all%n_points()) then
