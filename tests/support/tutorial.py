@@ -58,6 +58,17 @@ def follow(part, program, folder):
     return outputs
 
 
+def part_fixture(part):
+    """Returns a fixture that does a part once: what its commands say, and the folder of all results."""
+
+    @pytest.fixture(scope="module")
+    def followed(signorom, tmp_path_factory):
+        folder = tmp_path_factory.mktemp(part)
+        return follow(part, signorom, folder), folder / "results"
+
+    return followed
+
+
 def environment_of(program, folder):
     """Returns the variables with which `signorom` and `signorom-post` are those under test."""
     programs = folder.with_name(folder.name + "_programs")

@@ -9,7 +9,7 @@ import pytest
 
 from results import read_fields, read_table
 from runs import read_report
-from tutorial import check_pictures, check_verdicts, follow
+from tutorial import check_pictures, check_verdicts, part_fixture
 
 # [-] of what Newton's method leaves, relative to the largest force
 ROUNDING = 1e-6
@@ -34,11 +34,7 @@ def check_work(report):
         assert point["flow"]["n_cuts"] == 0
 
 
-@pytest.fixture(scope="module")
-def rod_part(signorom, tmp_path_factory):
-    """What the commands of the tutorial say of pcmi.yaml, and the folder of all results."""
-    folder = tmp_path_factory.mktemp("rod")
-    return follow("pcmi", signorom, folder), folder / "results"
+rod_part = part_fixture("pcmi")
 
 
 @pytest.fixture(scope="module")
@@ -47,11 +43,7 @@ def rod(rod_part):
     return rod_part[1] / "pcmi"
 
 
-@pytest.fixture(scope="module")
-def clamp_part(signorom, tmp_path_factory):
-    """What the commands of the tutorial say of clamp_creep.yaml, and the folder of all results."""
-    folder = tmp_path_factory.mktemp("clamp")
-    return follow("clamp_creep", signorom, folder), folder / "results"
+clamp_part = part_fixture("clamp_creep")
 
 
 @pytest.fixture(scope="module")

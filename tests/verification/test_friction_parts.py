@@ -10,7 +10,7 @@ import pytest
 from friction_formulas import ShaftInHub
 from results import read_table
 from runs import read_report, write_input
-from tutorial import check_pictures, check_verdicts, follow
+from tutorial import check_pictures, check_verdicts, part_fixture
 
 EXACT = 1e-9
 
@@ -31,11 +31,7 @@ SHAFT = ShaftInHub(young=210e3, poisson=0.3, radius=10.0, outside=25.0, length=3
 SHAFT_CONTACT = 2 * np.pi * 10.0 * 30.0
 
 
-@pytest.fixture(scope="module")
-def press_fit_part(signorom, tmp_path_factory):
-    """What the commands of the tutorial say of press_fit_pull.yaml, and the folder of all results."""
-    folder = tmp_path_factory.mktemp("press_fit")
-    return follow("press_fit_pull", signorom, folder), folder / "results"
+press_fit_part = part_fixture("press_fit_pull")
 
 
 @pytest.fixture(scope="module")
@@ -172,11 +168,7 @@ def test_press_fit_in_a_cycle(signorom, press_fit, tmp_path):
     assert answers["contact_1_dissipation"][steps].sum() == pytest.approx(area, rel=0.05)
 
 
-@pytest.fixture(scope="module")
-def joint_part(signorom, tmp_path_factory):
-    """What the commands of the tutorial say of bolted_joint.yaml, and the folder of all results."""
-    folder = tmp_path_factory.mktemp("joint")
-    return follow("bolted_joint", signorom, folder), folder / "results"
+joint_part = part_fixture("bolted_joint")
 
 
 @pytest.fixture(scope="module")
