@@ -31,11 +31,11 @@ contains
     integer :: bad, i, i_point
 
     if (.not. problem%flow%is_there()) return
-    associate (flow => problem%flow, starts => problem%flow%properties%starts)
+    associate (flow => problem%flow)
       ! the deck has compiled all expressions before
       call flow%properties%compile(compiled, message)
       materials = flow%point_materials(problem%mesh, problem%body)
-      allocate (properties(maxval(starts(2:) - starts(:size(starts) - 1)), 1))
+      allocate (properties(flow%properties%n_most(), 1))
       do i_point = 1, size(points, 2)
         degrees = compiled%temperature(points(:, i_point), flow%temperatures)
         extremes = extreme_places(materials, degrees)

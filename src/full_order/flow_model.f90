@@ -58,9 +58,9 @@ contains
     character(:), allocatable :: message
     integer :: i, k, materials(flowing%n_points()), places(flowing%n_points())
 
-    associate (starts => self%properties%starts, n => flowing%n_points())
+    associate (n => flowing%n_points())
       if (.not. allocated(data%imposed)) allocate (data%imposed(n_stresses, n), &
-        data%properties(maxval(starts(2:) - starts(:size(starts) - 1)), n), source=0.0_rk)
+        data%properties(self%properties%n_most(), n), source=0.0_rk)
     end associate
     do i = 1, size(flowing%cells)
       do k = 1, flowing%offsets(i + 1) - flowing%offsets(i)

@@ -28,6 +28,7 @@ module sig_flow_properties
   contains
     procedure :: complete
     procedure :: mismatch
+    procedure :: n_most
     procedure :: write
     procedure :: read
     procedure :: compile
@@ -74,6 +75,13 @@ contains
       name = 'starts'
     end if
   end function mismatch
+
+  !> Returns the largest number of properties of a material. Requires: complete.
+  pure integer function n_most(self)
+    class(flow_properties_t), intent(in) :: self
+
+    n_most = maxval(self%starts(2:) - self%starts(:size(self%starts) - 1))
+  end function n_most
 
   !> Writes the expressions to a group of a model file. A failure of the file is reported when the file is closed.
   subroutine write(self, file, group)
