@@ -14,4 +14,8 @@ PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat invers
 /* Sets T, which is kept as a reference, and holds the unknowns for which `is_free` is 0; it is 1 for all others.
  * `inverse`, that of T, is only read. Collective. */
 PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free);
+
+/* Makes the smoothers estimate the bounds on their eigenvalues for the unknowns held now. has_new: whether they had
+ * kept those of an earlier set; otherwise nothing changes. Collective. */
+PetscErrorCode sig_contact_levels_estimate(KSP ksp, PetscBool *has_new);
 #endif

@@ -2,6 +2,7 @@
 #include "signorom/contact_levels.h"
 
 #include "signorom/held_operator.h"
+#include "smoother_bounds.h"
 
 // P is the finest interpolation, of GAMG or from linear elements, F = T^-1 P, and S = diag(share), with 1 for a free
 // unknown and HELD_SHARE for a held one. The unknowns x = T^-1 u have the interpolation S F, and the first coarse
@@ -23,6 +24,7 @@ typedef struct {
   Mat interpolation;          // S F
   Mat mixed, transposed, own; // D_J' (K P)_J, its transpose, D_J' K_JJ D_J
   Mat all_free, coarse;       // P' K P, M' K M
+  PetscBool is_kept;          // whether the smoothers keep bounds that were estimated for other matrices
 } Levels;
 
 // With zero, coarse matrices could become singular.
@@ -266,6 +268,9 @@ PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse,
   PetscCall(KSPGetOperators(ksp, &operator, NULL));
   PetscCall(sig_held_operator_hold(operator, transformation, levels->diagonal, is_free));
   if (!levels->coarse) return 0;
+  // The largest eigenvalue of a level hardly depends on what is held: bounds for K serve all sets, until a solution
+  // fails with them.
+  if (!levels->is_kept) PetscCall(sig_smoother_bounds_keep(ksp, &levels->is_kept));
   PetscCall(VecGetSubVector(is_free, levels->boundary, &part));
   PetscCall(VecDuplicate(part, &held_part));
   PetscCall(VecSet(held_part, 1.0));
@@ -279,7 +284,19 @@ PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse,
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCMGGetLevels(pc, &n_levels));
   PetscCall(project_further(pc, n_levels - 2, levels->coarse, MAT_REUSE_MATRIX));
-  // so that the smoother computes the largest eigenvalue anew
+  // so that the smoother takes the new diagonal
   PetscCall(set_matrix(pc, n_levels - 1, operator));
+  return 0;
+}
+
+PetscErrorCode sig_contact_levels_estimate(KSP ksp, PetscBool *has_new) {
+  Levels *levels;
+
+  *has_new = PETSC_FALSE;
+  PetscCall(get_levels(ksp, &levels));
+  if (!levels || !levels->is_kept) return 0;
+  PetscCall(sig_smoother_bounds_estimate(ksp));
+  levels->is_kept = PETSC_FALSE;
+  *has_new = PETSC_TRUE;
   return 0;
 }

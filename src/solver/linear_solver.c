@@ -4,64 +4,42 @@
 #include <string.h>
 
 #include "factorization.h"
+#include "option_defaults.h"
 #include "signorom/contact_levels.h"
 #include "signorom/petsc_support.h"
 #include "signorom/quadratic_levels.h"
 #include "signorom/symmetric_copy.h"
+#include "smoother_bounds.h"
 
 // Number of right-hand sides per call of MatMatSolve; a larger number only needs more memory.
 enum { CHUNK = 64 };
 // Tightest relative tolerance in the energy norm: with it, contact forces agree with those of a factorization to 1e-8.
 static const double TIGHTEST = 1e-12;
 
-// Margins of the eigenvalues for Chebyshev's smoother. On stretched quadratic tetrahedra, PETSc's estimate (ten steps)
-// gives too small a largest eigenvalue. Then the smoother magnifies the modes above it, and the preconditioner is no
-// longer positive definite. The margin here is 1.3, PETSc's own one is 1.1.
-static const char ESTIMATE[] = "0,0.1,0,1.3";
-
 // P'AP by way of AP takes half the time of PETSc's default for matrices of one process; those of several ranks have
 // other ways, with other names. It is an option, too, that a product reads when it is made.
 static const char PRODUCT[] = "-matptap_via", BY_AP[] = "rap";
-
-// Sets an option until drop_default, unless the user has set it.
-static PetscErrorCode set_default(const char *name, const char *value, PetscBool *is_set) {
-  PetscBool is_given;
-
-  PetscCall(PetscOptionsHasName(NULL, NULL, name, &is_given));
-  *is_set = is_given ? PETSC_FALSE : PETSC_TRUE;
-  if (*is_set) PetscCall(PetscOptionsSetValue(NULL, name, value));
-  return 0;
-}
-
-static PetscErrorCode drop_default(const char *name, PetscBool is_set) {
-  if (is_set) PetscCall(PetscOptionsClearValue(NULL, name));
-  return 0;
-}
 
 static PetscErrorCode set_default_product(KSP ksp, PetscBool *is_set) {
   PetscMPIInt n_ranks;
 
   *is_set = PETSC_FALSE;
   PetscCallMPI(MPI_Comm_size(PetscObjectComm((PetscObject)ksp), &n_ranks));
-  if (n_ranks == 1) PetscCall(set_default(PRODUCT, BY_AP, is_set));
+  if (n_ranks == 1) PetscCall(sig_set_default(PRODUCT, BY_AP, is_set));
   return 0;
 }
 
 // The levels read their options when they are made.
 static PetscErrorCode set_up(KSP ksp) {
-  const char *prefix;
-  char name[256];
-  PetscBool has_estimate, has_product;
+  PetscBool has_margins, has_product;
 
-  PetscCall(KSPGetOptionsPrefix(ksp, &prefix));
-  PetscCall(PetscSNPrintf(name, sizeof name, "-%smg_levels_ksp_chebyshev_esteig", prefix ? prefix : ""));
-  PetscCall(set_default(name, ESTIMATE, &has_estimate));
+  PetscCall(sig_smoother_bounds_set_margins(ksp, &has_margins));
   PetscCall(set_default_product(ksp, &has_product));
   // the options must not stay where the levels cannot be made
   PetscErrorCode status = KSPSetUp(ksp);
   if (status == 0) status = KSPSetUpOnBlocks(ksp);
-  PetscCall(drop_default(PRODUCT, has_product));
-  PetscCall(drop_default(name, has_estimate));
+  PetscCall(sig_drop_default(PRODUCT, has_product));
+  PetscCall(sig_smoother_bounds_drop_margins(ksp, has_margins));
   return status;
 }
 
@@ -127,7 +105,7 @@ static PetscErrorCode create_levels(KSP ksp, Mat transformation, Mat inverse, Ve
 
   PetscCall(set_default_product(ksp, &has_product));
   const PetscErrorCode status = sig_contact_levels_create(ksp, transformation, inverse, mark);
-  PetscCall(drop_default(PRODUCT, has_product));
+  PetscCall(sig_drop_default(PRODUCT, has_product));
   return status;
 }
 
@@ -186,6 +164,21 @@ int sig_set_near_null_space(intptr_t matrix, int n_modes, int n_local, const dou
   return 0;
 }
 
+// Solves, and once more from zero if that fails with bounds of the smoothers that were estimated for other matrices.
+static PetscErrorCode try_twice(KSP ksp, Vec rhs, Vec solution) {
+  KSPConvergedReason reason;
+  PetscBool has_new;
+
+  PetscCall(KSPSolve(ksp, rhs, solution));
+  PetscCall(KSPGetConvergedReason(ksp, &reason));
+  if (reason > 0) return 0;
+  PetscCall(sig_contact_levels_estimate(ksp, &has_new));
+  if (!has_new) return 0;
+  PetscCall(VecSet(solution, 0.0));
+  PetscCall(KSPSolve(ksp, rhs, solution));
+  return 0;
+}
+
 static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, int *n_iterations, int *reason) {
   KSPConvergedReason ksp_reason;
   PetscReal tightest, absolute, divergence;
@@ -196,7 +189,7 @@ static PetscErrorCode iterate(KSP ksp, Vec rhs, double tolerance, Vec solution, 
   PetscCall(KSPGetTolerances(ksp, &tightest, &absolute, &divergence, &limit));
   PetscCall(KSPSetTolerances(ksp, PetscMax(tightest, tolerance), absolute, divergence, limit));
   sig_quiet_errors(message);
-  status = KSPSolve(ksp, rhs, solution);
+  status = try_twice(ksp, rhs, solution);
   sig_loud_errors();
   PetscCall(KSPSetTolerances(ksp, tightest, absolute, divergence, limit));
   PetscCall(KSPGetConvergedReason(ksp, &ksp_reason));

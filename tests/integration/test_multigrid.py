@@ -74,3 +74,20 @@ def test_quadratic_elements(signorom, tmp_path, element, n_quadratic, n_linear):
         found, forces = solve(signorom, quadratic, multigrid, n_ranks)
         assert found <= LARGEST_RATIO * per_set, (n_ranks, found, per_set)
         np.testing.assert_allclose(forces, expected, atol=SAME_FORCES * expected.max())
+
+
+def test_bad_bounds(signorom, tmp_path):
+    """Where the bounds of Chebyshev's smoother are far too small for the matrices, they are estimated anew."""
+    write_part(tmp_path, "H8", 10, 6)
+    (tmp_path / "blocks.yaml").write_text(DECK.format(solver="active_set, linear: gamg"))
+    option = "-active_set_mg_levels_ksp_chebyshev_esteig_steps"
+    forces, words = [], []
+    for steps in ("10", "1"):
+        words.append(
+            signorom(
+                "solve", "blocks.yaml", option, steps, "-active_set_ksp_converged_reason", folder=tmp_path
+            )
+        )
+        forces.append(read_fields(tmp_path / "results" / "blocks" / "fields.h5")["multipliers_full_order"])
+    assert [text.count("did not converge") for text in words] == [0, 1]
+    np.testing.assert_allclose(forces[1], forces[0], atol=SAME_FORCES * forces[0].max())
