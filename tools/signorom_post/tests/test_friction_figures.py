@@ -57,7 +57,7 @@ def history(tmp_path: Path) -> tuple[Path, HalfDisks]:
 
 
 def test_columns_of_the_loop(history: tuple[Path, HalfDisks]) -> None:
-    """By default the component that changes its sign over the first table; else what the user says."""
+    """By default the component that changes its sign over the table that rubs; else what the user says."""
     path = history[0] / "history.csv"
     (first, second), names = read_curves(path, None, None)
     assert names == ("slide", "contact_1_force_x")
@@ -81,6 +81,12 @@ def test_columns_of_the_loop(history: tuple[Path, HalfDisks]) -> None:
         "contact_2_dissipation\n1,0,a,0,0,0,-90,0\n2,0,a,9,0,0,-900,0\n3,1,a,99,1,30,-890,2\n"
     )
     assert read_curves(path, None, None)[1][1] == "contact_2_force_x"
+    # two tables: the first one presses, the second one rubs
+    path.write_text(
+        "time,press,pull,cluster,status,contact_1_force_x,contact_1_dissipation\n"
+        "1,1,0,1,a,0,1\n2,2,0,1,a,1,1\n3,2,1,1,a,9,5\n4,2,0,1,a,-9,5\n"
+    )
+    assert read_curves(path, None, None)[1] == ("pull", "contact_1_force_x")
     path.write_text("time,status,n_active\n1,a,2\n")
     with pytest.raises(InputError, match="there is no contact whose friction could be shown; give --y"):
         read_curves(path, None, None)

@@ -23,7 +23,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--x",
         metavar="COLUMN",
-        help="column of history.csv to the right in hysteresis; default: the first table, or time",
+        help="column of history.csv to the right in hysteresis; default: the table in whose steps friction works most, "
+        "or time",
     )
     parser.add_argument(
         "--y",

@@ -50,9 +50,9 @@ class Curve:
 def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], tuple[str, str]]:
     """Returns column `y` over column `x` of history.csv, a curve for each point, and the names of both columns.
 
-    Default of `x`: the first table, or the time without tables. Default of `y`: the resultant along the friction of the
-    contact in which friction works most, see _tangential. InputError if the file is missing or cannot be used, or has
-    no such column.
+    Default of `x`: the table in whose steps friction works most, the first of equal ones, or the time without tables.
+    Default of `y`: the resultant along the friction of the contact in which friction works most, see _tangential.
+    InputError if the file is missing or cannot be used, or has no such column.
     """
     file = CsvInput(path, ("time", "status"))
     i_time, i_status = file.header.index("time"), file.header.index("status")
@@ -60,7 +60,9 @@ def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], 
     for name in (x, y):
         if name is not None and name not in known:
             raise InputError(path, f"there is no column '{name}' of numbers; there are {', '.join(known)}")
-    along = x or file.header[i_time + 1 if i_status > i_time + 1 else i_time]
+    along = x or _moving_table(
+        file, [name for name in file.header[i_time + 1 : i_status] if name != "cluster"]
+    )
     over = y or _tangential(file, file.numbers(along))
     values, others = file.numbers(along), file.numbers(over)
     parameters = {name: file.numbers(name) for name in file.header[:i_time]}
@@ -71,6 +73,21 @@ def read_curves(path: Path, x: str | None, y: str | None) -> tuple[list[Curve], 
         for first, last in _spans(file.numbers("time"))
     ]
     return curves, (along, over)
+
+
+def _moving_table(file: CsvInput, tables: list[str]) -> str:
+    """Returns the table in whose steps, those in which it changes, friction works most; `time` without tables."""
+    work = sum(
+        (np.nan_to_num(np.abs(file.numbers(name))) for name in file.header if name.endswith("_dissipation")),
+        np.zeros(len(file.numbers("time"))),
+    )
+    spans = _spans(file.numbers("time"))
+
+    def work_of(table: str) -> float:
+        values = file.numbers(table)
+        return sum(float(work[i + 1 : k][np.diff(values[i:k]) != 0.0].sum()) for i, k in spans)
+
+    return max(tables, key=work_of, default="time")
 
 
 def _tangential(file: CsvInput, along: FloatArray) -> str:
