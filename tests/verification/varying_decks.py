@@ -12,7 +12,7 @@ from two_materials import HANGING, split_region, write_two_materials_below
 __all__ = ["HANGING", "MODULUS", "RATIOS", "STUDY", "write_core_and_rim", "write_one_ratio", "write_study"]
 __all__ += ["write_two_materials"]
 
-STUDY = "training: {sobol: 20}\ntest: {sobol: 12, seed: 3}\n"
+STUDY = "training: {sobol: 20}\ntest: {sobol: 6, seed: 3}\n"
 MODULUS = {
     "young_modulus: 78.0e3": "young_modulus: E",
     "materials:\n": "  E: {min: 40.0e3, max: 160.0e3, unit: MPa}\nmaterials:\n",
