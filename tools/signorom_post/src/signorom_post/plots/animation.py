@@ -89,7 +89,8 @@ def animate(
             axes.set_title(title)
             if i == 0:  # otherwise the pictures jump
                 figure.draw_without_rendering()
-                figure.set_layout_engine("none")
+                # not "none", for which Matplotlib draws each picture twice
+                figure.set_layout_engine(None)
             writer.grab_frame()
             yield
 
