@@ -95,9 +95,9 @@ def test_ranks_choose_the_same_hats(signorom, tmp_path, figures, monkeypatch):
 
 @pytest.mark.slow
 def test_local_models_of_scattered_snapshots(signorom, tmp_path, figures, monkeypatch):
-    """The deck as users have it: 800 snapshots, four clusters, 1000 points that are no snapshots."""
+    """The deck as users have it: 800 snapshots, four clusters; 400 points that are no snapshots."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
-    signorom("run", write_input(NAME, tmp_path), folder=tmp_path)
+    signorom("run", write_input(NAME, tmp_path, {"sobol: 1000": "sobol: 400"}), folder=tmp_path)
     table = read_table(tmp_path / "results" / NAME / "validation.csv")
     assert set(table["cluster"]) == {1, 2, 3, 4}
     error = table["e_lambda_rid"][~np.isnan(table["e_lambda_rid"])]
