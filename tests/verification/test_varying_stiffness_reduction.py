@@ -109,7 +109,7 @@ MODULUS = {
 }
 
 
-def write_pellet(folder, reduction, more="training: {sobol: 30}\ntest: {sobol: 12, seed: 3}\n"):
+def write_pellet(folder, reduction, more="training: {sobol: 30}\ntest: {sobol: 6, seed: 3}\n"):
     """Case b with the modulus of the cladding and the ratio of the pellet as parameters."""
     deck = write_input("pellet_cladding", folder, MODULUS)
     text = re.sub(
@@ -144,7 +144,7 @@ def test_bound_of_reduced_forces(signorom, tmp_path, figures):
         largest = file["fallback/largest_size"][()]
     rng = np.random.default_rng(7)
     effectivities = []
-    for i in range(4):
+    for i in range(2):
         point = {"P1": rng.uniform(50, 200), "h1": rng.uniform(2, 6), "E": rng.uniform(6e4, 1e5)}
         point["nu"] = rng.uniform(0.25, 0.35)
         folder = tmp_path / str(i)
@@ -177,7 +177,7 @@ def test_ranks_agree(signorom, tmp_path):
     for n_ranks in (1, 3):
         folder = tmp_path / str(n_ranks)
         folder.mkdir()
-        deck = write_pellet(folder, ", max_full_order_size: 0", "training: {sobol: 20}\n")
+        deck = write_pellet(folder, ", max_full_order_size: 0", "training: {sobol: 10}\n")
         signorom("sample", deck, folder=folder, n_ranks=n_ranks)
         signorom("train", deck, folder=folder, n_ranks=n_ranks)
         model = folder / "results" / "pellet_cladding" / "model.h5"
