@@ -21,13 +21,23 @@ LARGEST_MEDIAN = 2.0
 LARGEST_LIFTED_MEDIAN = 3.0
 
 
-@pytest.mark.parametrize("name", ["half_disks", "pellet_cladding_whole_edges", "bracket"])
-def test_bound_is_never_below_the_error(signorom, tmp_path, name):
-    deck = shipped_deck(name)
-    write(tmp_path, deck)
-    signorom("sample", "deck.yaml", folder=tmp_path)
-    signorom("train", "deck.yaml", folder=tmp_path)
-    lines, said = check(tmp_path / "results/deck/model.h5")
+NAMES = ["half_disks", "pellet_cladding_whole_edges", "bracket"]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def sampled(request, signorom, tmp_path_factory):
+    """Name and deck of a study, and the folder with its snapshots, which all models are trained on."""
+    deck, folder = shipped_deck(request.param), tmp_path_factory.mktemp(request.param)
+    write(folder, deck)
+    signorom("sample", "deck.yaml", folder=folder)
+    return request.param, deck, folder
+
+
+def test_bound_is_never_below_the_error(signorom, sampled):
+    name, deck, folder = sampled
+    write(folder, deck)
+    signorom("train", "deck.yaml", folder=folder)
+    lines, said = check(folder / "results/deck/model.h5")
     # where contact alone holds a body only its answers have a bound, and these are exact
     assert len(lines) == (1 if name == "bracket" else 4)
     for _, n_points, n_violations, median in lines:
@@ -53,22 +63,24 @@ def test_hyper_reduced_answers_of_floating_bodies(signorom, tmp_path, name):
     assert int(lines[0][1]) == N_POINTS
 
 
-@pytest.mark.parametrize("name", ["half_disks", "pellet_cladding_whole_edges", "bracket"])
-def test_bound_without_the_matrix_of_all_contacts(signorom, tmp_path, name):
+def test_bound_without_the_matrix_of_all_contacts(signorom, sampled):
     """By a lift and the snapshots; W, for the errors, comes from a condensed model of the same snapshots."""
-    deck = shipped_deck(name)
-    deck["certificate"] = {"max_error": 0.05}
-    deck["reduction"] = deck.get("reduction", {}) | {"method": "hhr"}
-    write(tmp_path, deck)
-    signorom("sample", "deck.yaml", folder=tmp_path)
+    name, deck, folder = sampled
+    deck = deck | {
+        "certificate": {"max_error": 0.05},
+        "reduction": deck.get("reduction", {}) | {"method": "hhr"},
+    }
+    write(folder, deck)
+    # once more where snapshots without displacements were enough
+    signorom("sample", "deck.yaml", folder=folder)
     # a stiffness that may not be factored is none that W comes from
-    write(tmp_path, deck | {"solver": {"linear": "gamg"}})
-    said = signorom("train", "deck.yaml", folder=tmp_path)
+    write(folder, deck | {"solver": {"linear": "gamg"}})
+    said = signorom("train", "deck.yaml", folder=folder)
     assert "certificate without the matrix of all contacts" in said
-    model = tmp_path / "results/deck/model.h5"
-    reduced = model.rename(tmp_path / "reduced.h5")
-    write(tmp_path, deck | {"reduction": {"method": "condensed"}})
-    signorom("train", "deck.yaml", folder=tmp_path)
+    model = folder / "results/deck/model.h5"
+    reduced = model.rename(folder / "reduced.h5")
+    write(folder, deck | {"reduction": {"method": "condensed"}})
+    signorom("train", "deck.yaml", folder=folder)
     lines, _ = check(reduced, model)
     assert len(lines) == (1 if name == "bracket" else 4)
     for _, n_points, n_violations, median in lines:
