@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from half_disk_results import HalfDisks, write_results
+from matplotlib.figure import Figure
 
 from signorom_post.readers.fields import FieldFile
 from signorom_post.results import Results
@@ -37,3 +38,9 @@ def results(pristine: tuple[Path, HalfDisks]) -> Results:
 @pytest.fixture(scope="session")
 def fields(results: Results) -> FieldFile:
     return results.fields
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Figures are made but not drawn, which takes most of their time: their files are empty."""
+    monkeypatch.setattr(Figure, "savefig", lambda _, path, **__: Path(path).write_bytes(b""))

@@ -280,11 +280,13 @@ def test_contact_with_gaps_normals_and_partners(setup: Setup, tmp_path: Path) ->
     assert "up to 2 partners of a node" in texts
 
 
-@pytest.mark.parametrize("kind", ["folder", "check.h5", "check.xdmf"])
+@pytest.mark.parametrize(
+    ("n_dim", "kind"), [(2, "folder"), (2, "check.h5"), (2, "check.xdmf"), (3, "folder")]
+)
 def test_command_writes_pictures(
-    setup: Setup, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    n_dim: int, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    setup.write(tmp_path)
+    Setup(n_dim).write(tmp_path)
     (tmp_path / "check.xdmf").write_text("")
     assert main(["check", str(tmp_path if kind == "folder" else tmp_path / kind)]) == 0
     expected = [tmp_path / "figures" / name for name in ("check_bodies.png", "check_contact_1.png")]

@@ -9,7 +9,6 @@ from pathlib import Path
 import h5py
 import pytest
 from half_disk_results import HISTORY, POINTS, HalfDisks, write_enrichment, write_model
-from matplotlib.figure import Figure
 
 from signorom_post import __version__
 from signorom_post.cli import main
@@ -21,23 +20,17 @@ ONLY_BODIES = ["--only", "initial_and_deformed"]
 SIGNATURES = {"png": b"\x89PNG\r\n", "pdf": b"%PDF-", "svg": b"<?xml"}
 
 
-@pytest.fixture
-def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Figures are made but not drawn, which takes most of their time: their files are empty."""
-    monkeypatch.setattr(Figure, "savefig", lambda _, path, **__: Path(path).write_bytes(b""))
-
-
 def written(output: Path) -> list[str]:
     return sorted(path.name for path in output.iterdir())
 
 
-@pytest.mark.parametrize("file_format", ["svg", "pdf"])
-def test_all_figures_in_each_format(
-    folder: Path, file_format: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_all_figures_in_another_format(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """Single figures as svg are in other tests."""
     output = tmp_path / "new" / "figures"
-    assert main(["figures", str(folder), "--output", str(output), "--format", file_format]) == 0
-    check_figures(output, file_format, capsys)
+    assert main(["figures", str(folder), "--output", str(output), "--format", "pdf"]) == 0
+    check_figures(output, "pdf", capsys)
 
 
 def test_figures_are_png_below_the_results_by_default(
@@ -61,6 +54,8 @@ def test_two_runs_write_the_same_bytes(folder: Path, tmp_path: Path) -> None:
         for run in ("a", "b"):
             output = ["--output", str(tmp_path / run), "--format", file_format]
             assert main(["figures", str(folder), *output, "--only", "reduced_domain"]) == 0
+        content = (tmp_path / "a" / f"reduced_domain.{file_format}").read_bytes()
+        assert content.startswith(SIGNATURES[file_format])
     assert len(written(tmp_path / "a")) == len(SIGNATURES)
     for path in (tmp_path / "a").iterdir():
         assert path.read_bytes() == (tmp_path / "b" / path.name).read_bytes()

@@ -22,6 +22,7 @@ DATE = re.compile(r"(?m)^\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d[+-]\d\d:\d\d ")
 REFUSED = "there is no such folder"
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_file_has_all_that_is_said(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """With dates; errors, too; a second command goes on in the same file."""
     file = tmp_path / "said.log"
@@ -46,6 +47,7 @@ def test_log_that_cannot_be_written(folder: Path, tmp_path: Path, capsys: pytest
     assert not (folder / "report.html").exists()
 
 
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full")
 def test_full_disk_under_the_log_does_not_end_the_work(
     folder: Path, capsys: pytest.CaptureFixture[str]
