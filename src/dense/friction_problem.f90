@@ -9,6 +9,7 @@ module sig_friction_problem
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_friction_holding, only: hold_unresisted_motions
   use sig_friction_newton, only: is_given, run_newton
+  use sig_friction_rest, only: find_unloaded, place_unloaded, without_unloaded
   use sig_friction_sweeps, only: run_sweeps
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
     friction_workspace_t, length, project, scale_projections, sum_up
@@ -29,7 +30,7 @@ module sig_friction_problem
   real(rk), parameter :: far = 1.0e-4_rk
   !> sweeps of the first round; each further round has twice as many
   integer, parameter :: first_sweeps = 4
-  integer, parameter :: most_rounds = 8
+  integer, parameter :: usual_rounds = 8
   !> [-] forces that equilibrium lacks are the same in two sweeps up to this fraction
   real(rk), parameter :: steady = 1.0e-6_rk
   !> [-] a contact slips in a motion by more than this share of its largest opening or slip
@@ -48,10 +49,12 @@ contains
   !> - reason_unsolved_friction: neither Newton's method nor the sweeps reach an answer.
   !>
   !> Motions that no contact resists because f is 0, and on which the loads do no work, stay as they were (sig_friction_holding).
+  !> Bodies without loads that only contact holds, and that keep no forces by friction, are moved as little as possible
+  !> (sig_friction_rest).
   !> Where no contact has friction or is tied and there are no motions, the answer is that of solve_lcp. All tolerances are
   !> relative, so units do not matter. With a workspace and a solution that were used before for a problem of this size, arrays of
   !> W's size are not allocated.
-  subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace, inverse)
+  recursive subroutine solve_friction(matrix, q, origins, friction, contacts, solution, workspace, inverse, most_rounds)
     !> [length/force] W, rows as friction_contacts_t says, shape (n_rows, n_rows); symmetric but for the rows of motions
     real(rk), contiguous, intent(in) :: matrix(:, :)
     !> [length] shape (n_rows)
@@ -68,7 +71,10 @@ contains
     !> of W, same shape. With it steps are fast, and use what earlier ones left: then W is that of the calls before, since
     !> workspace%kept%forget; default: all are computed anew
     real(rk), allocatable, intent(in), optional :: inverse(:, :)
+    !> most rounds of sweeps before the problem counts as unsolved; default: usual_rounds (8)
+    integer, intent(in), optional :: most_rounds
     real(rk), allocatable :: held(:, :)
+    integer :: n_rounds
     logical :: is_solved
     real(rk) :: f(contacts%n_contacts)
 
@@ -76,6 +82,8 @@ contains
     if (.not. has_start(contacts, solution)) call start_cold(contacts, solution)
     solution%n_steps = 0
     solution%n_rounds = 0
+    n_rounds = usual_rounds
+    if (present(most_rounds)) n_rounds = most_rounds
     call workspace%reserve(contacts)
     if (.not. is_given(inverse)) call workspace%kept%forget()
     if (.not. workspace%kept%is_checked) workspace%kept%is_checked = is_finite(matrix)
@@ -90,10 +98,10 @@ contains
       call scale_projections(matrix, contacts, workspace)
       call hold_unresisted_motions(matrix, solution%lambda(contacts%n_forces() + 1:), f, contacts, workspace%free(:size(q)), held)
       if (allocated(held)) then
-        call solve_from_start(held, f, contacts, solution, workspace, is_solved)
+        call solve_from_start(held, f, contacts, n_rounds, solution, workspace, is_solved)
         call finish(held, f, contacts, is_solved, solution, workspace)
       else
-        call solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
+        call solve_from_start(matrix, f, contacts, n_rounds, solution, workspace, is_solved, inverse)
         call finish(matrix, f, contacts, is_solved, solution, workspace)
       end if
     end if
@@ -188,20 +196,22 @@ contains
 
   !> Runs Newton's method from the start, and where it fails again after 4, 8, 16, ... sweeps. Where rows depend on each other, as
   !> in a corner, its matrices are singular; then the sweeps alone may reach an answer. lambda is that of the last sweeps where
-  !> nothing helps.
-  subroutine solve_from_start(matrix, f, contacts, solution, workspace, is_solved, inverse)
+  !> nothing helps. Before many sweeps, bodies without loads are tried without forces.
+  recursive subroutine solve_from_start(matrix, f, contacts, most_rounds, solution, workspace, is_solved, inverse)
     real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: f(:)
     type(friction_contacts_t), intent(in) :: contacts
+    integer, intent(in) :: most_rounds
     type(friction_solution_t), intent(inout) :: solution
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
     real(rk), allocatable, intent(in), optional :: inverse(:, :)
-    real(rk) :: swept(size(matrix, 1))
+    real(rk) :: swept(size(matrix, 1)), before(size(matrix, 1))
     integer :: i_round
     logical :: is_swept
 
-    swept = solution%lambda
+    before = solution%lambda
+    swept = before
     call set_start(matrix, f, contacts, solution, workspace)
     call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
     do i_round = 1, most_rounds
@@ -214,9 +224,59 @@ contains
       solution%states = workspace%states(:contacts%n_contacts)
       if (.not. is_swept) call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
       is_solved = is_solved .or. is_swept
+      if (i_round == 1 .and. .not. is_solved) &
+        call lay_down(matrix, f, contacts, before(contacts%n_forces() + 1:), solution, workspace, is_solved)
     end do
     if (.not. is_solved) solution%lambda = swept
   end subroutine solve_from_start
+
+  !> Solves the problem without the bodies that have no loads, then moves these to a place where nothing overlaps.
+  recursive subroutine lay_down(matrix, f, contacts, motions, solution, workspace, is_solved)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: f(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> [force] those of the last time, shape (n_motions)
+    real(rk), intent(in) :: motions(:)
+    !> lambda and states where is_solved
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t), intent(inout) :: workspace
+    logical, intent(out) :: is_solved
+    type(friction_contacts_t) :: others
+    type(friction_solution_t) :: answer
+    type(friction_workspace_t) :: own
+    real(rk) :: lambda(size(matrix, 1)), moved(size(motions)), nowhere(size(matrix, 1))
+    logical :: is_unloaded(size(motions)), is_theirs(contacts%n_contacts)
+    integer, allocatable :: rows(:), columns(:), touched(:)
+    integer :: k
+
+    is_solved = .false.
+    associate (n => contacts%n_forces(), free => workspace%free)
+      call find_unloaded(matrix, free(n + 1:contacts%n_rows()), contacts, is_unloaded, is_theirs)
+      if (.not. any(is_unloaded)) return
+      call without_unloaded(contacts, is_unloaded, is_theirs, rows, others)
+      ! other bodies that only contact holds have loads
+      if (others%n_contacts == 0 .and. others%n_motions > 0) return
+      call start_cold(others, answer)
+      if (size(rows) > 0) then
+        nowhere = 0
+        call solve_friction(matrix(rows, rows), free(rows), nowhere(:size(rows)), pack(f, .not. is_theirs), others, answer, own)
+        if (answer%reason /= reason_converged) return
+      end if
+      touched = pack([(k, k=1, contacts%n_contacts)], is_theirs)
+      columns = pack([(k, k=1, size(motions))], is_unloaded)
+      lambda = 0
+      lambda(rows) = answer%lambda
+      lambda(n + columns) = motions(columns)
+      moved(:size(columns)) = motions(columns)
+      call place_unloaded(free(touched) + matmul(matrix(touched, :), lambda), matrix(touched, n + columns), &
+        moved(:size(columns)), is_solved)
+      if (.not. is_solved) return
+      lambda(n + columns) = moved(:size(columns))
+    end associate
+    solution%lambda = lambda
+    solution%states = unpack(answer%states, .not. is_theirs, contact_open)
+    call sum_up(matrix, solution%lambda, workspace)
+  end subroutine lay_down
 
   !> Sets the states in the workspace from which Newton's method starts: those of the last time. Without a last time, contacts start
   !> closed that overlap without forces, and with motions all of them, which holds the bodies.

@@ -16,6 +16,15 @@ module sig_friction_steps
   private
   public :: friction_steps_t, friction_memory_t
 
+  !> limits of `approach`: problems, rounds of sweeps in each, and the smallest share of the way from the last step to this one
+  integer, parameter :: most_trials = 60
+  integer, parameter :: rounds_of_trials = 2
+  real(rk), parameter :: least_length = 1.0e-5_rk
+  !> limits of `follow`: places, and those in a row with the same forces up to a share of the largest one: bodies move on and on
+  integer, parameter :: most_places = 150
+  integer, parameter :: most_steady = 12
+  real(rk), parameter :: steady = 1.0e-6_rk
+
   !> What a step problem has at all times.
   type :: friction_steps_t
     type(contact_laws_t) :: laws
@@ -183,17 +192,29 @@ contains
     !> [-] coefficient of friction of each contact
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
+    type(friction_solution_t) :: last
+    real(rk) :: before(size(memory%openings))
+    logical :: has_last
     integer :: i, k
 
+    has_last = memory%has_begun
+    before = memory%openings
     associate (n => size(opening), openings => memory%openings)
       openings(:n) = opening
       openings(n + 1:) = opening(self%anchors)
       openings(self%anchors) = 0
     end associate
-    if (memory%has_begun) memory%origins = -memory%solution%openings
+    if (has_last) then
+      last = memory%solution
+      memory%origins = -memory%solution%openings
+    else
+      last = untouched(self, memory%openings)
+    end if
     memory%has_begun = .true.
     call solve_friction(self%compliance, memory%openings, memory%origins, friction, self%contacts, memory%solution, &
                         memory%workspace, self%inverse)
+    if (has_last .and. memory%solution%reason /= reason_converged) call approach(self, last, before, friction, memory)
+    if (memory%solution%reason /= reason_converged) call follow(self, last, friction, memory)
     memory%slip = 0
     if (memory%solution%reason /= reason_converged) return
     do k = 1, self%contacts%n_contacts
@@ -205,6 +226,105 @@ contains
       end do
     end do
   end subroutine advance
+
+  !> Returns what stands for the last step before the first one: nothing touches.
+  pure type(friction_solution_t) function untouched(self, openings) result(solution)
+    class(friction_steps_t), intent(in) :: self
+    !> [length] openings without forces, shape (n_rows + n_motions)
+    real(rk), intent(in) :: openings(:)
+
+    allocate (solution%lambda(size(openings)), source=0.0_rk)
+    allocate (solution%openings(size(openings)), source=openings)
+    allocate (solution%states(self%contacts%n_contacts), source=contact_open)
+    solution%reason = reason_converged
+  end function untouched
+
+  !> Tries a step that was not solved once more, from the answers of problems between the last step and this one: their openings
+  !> without forces lie on the line from those of the last step to those of this one. What is remembered stays as it is.
+  !> As when a body is nearly unloaded, few of the contacts of the last step may be closed in this one. Where this fails, too, the
+  !> reason stays as it was.
+  subroutine approach(self, last, before, friction, memory)
+    class(friction_steps_t), intent(in) :: self
+    !> answer of the last step
+    type(friction_solution_t), intent(in) :: last
+    !> [length] openings of the last step, shape (n_rows + n_motions)
+    real(rk), intent(in) :: before(:)
+    real(rk), intent(in) :: friction(:)
+    type(friction_memory_t), intent(inout) :: memory
+    type(friction_solution_t) :: start, trial
+    real(rk) :: length, place
+    integer :: i
+
+    start = last
+    place = 0
+    length = 0.5_rk
+    do i = 1, most_trials
+      trial = start
+      associate (next => min(1.0_rk, place + length))
+        call solve_friction(self%compliance, before + next * (memory%openings - before), memory%origins, friction, self%contacts, &
+                            trial, memory%workspace, self%inverse, rounds_of_trials)
+        if (trial%reason == reason_converged) then
+          place = next
+          start = trial
+        else
+          length = length / 2
+        end if
+      end associate
+      if (place >= 1) exit
+      if (length < least_length) return
+    end do
+    if (place >= 1) memory%solution = start
+  end subroutine approach
+
+  !> Tries a step that was not solved once more, where only contact holds bodies: springs between each place of these bodies and the
+  !> next one let them move from contact to contact, as when a load changes its sign and a pin crosses its clearance. From each
+  !> place the step itself is tried. Where this fails, too, the reason stays as it was.
+  subroutine follow(self, last, friction, memory)
+    class(friction_steps_t), intent(in) :: self
+    !> answer of the last step, or `untouched`
+    type(friction_solution_t), intent(in) :: last
+    real(rk), intent(in) :: friction(:)
+    type(friction_memory_t), intent(inout) :: memory
+    type(friction_solution_t) :: start, trial
+    real(rk), allocatable :: softened(:, :)
+    real(rk) :: openings(size(memory%openings)), spring
+    integer :: i, j, n_steady
+
+    n_steady = 0
+    associate (n => self%contacts%n_forces(), n_contacts => self%contacts%n_contacts, loads => memory%openings)
+      spring = 0
+      if (self%contacts%n_motions > 0) spring = norm2(loads(n + 1:)) * maxval(abs(self%compliance(:n, n + 1:)))
+      if (.not. spring > 0) return
+      spring = spring / max(tiny(spring), maxval(abs(last%openings(:n_contacts))))
+      softened = self%compliance
+      start = last
+      do i = 1, most_places
+        do j = n + 1, size(loads)
+          softened(j, j) = spring
+        end do
+        openings = loads
+        openings(n + 1:) = loads(n + 1:) - spring * start%lambda(n + 1:)
+        trial = start
+        call solve_friction(softened, openings, memory%origins, friction, self%contacts, trial, memory%workspace, &
+                            most_rounds=rounds_of_trials)
+        if (trial%reason /= reason_converged) then
+          spring = 4 * spring
+          cycle
+        end if
+        n_steady = n_steady + 1
+        if (maxval(abs(trial%lambda(:n) - start%lambda(:n))) > steady * maxval(abs(trial%lambda(:n)))) n_steady = 0
+        if (n_steady > most_steady) exit
+        start = trial
+        call solve_friction(self%compliance, loads, memory%origins, friction, self%contacts, trial, memory%workspace, &
+                            self%inverse, rounds_of_trials)
+        if (trial%reason == reason_converged) then
+          memory%solution = trial
+          return
+        end if
+        spring = spring / 2
+      end do
+    end associate
+  end subroutine follow
 
   !> Returns the number of solutions of the last step that two more starts find (count_solutions); 1 without friction. Requires: the
   !> last step has an answer.

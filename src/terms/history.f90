@@ -169,31 +169,37 @@ contains
 
     lengths = 1
     if (n > 1) lengths = [(growth**(real(i - 1, rk) / (n - 1)), i=1, n)]
-    lengths = lengths / sum(lengths)
     passed = 0
     do i = 1, n
       passed = passed + lengths(i)
-      times(i) = start + (until - start) * passed
+      ! where increments are equal, `passed` and the sum are whole numbers, and the times as exact as numbers can be
+      times(i) = start + (until - start) * passed / sum(lengths)
     end do
     times(n) = until
   end function step_times
 
-  !> Returns the value of a piecewise linear function, which is constant before its first and behind its last node.
-  !> Requires: the times ascend.
+  !> Returns the value of a piecewise linear function, which is constant before its first and behind its last node. A time that
+  !> differs from a node by rounding is the node, and a value that is only rounding beside those of its nodes is zero: a load that
+  !> ends must be no load, because a body that only contact holds has no equilibrium under some smallest forces. Requires: the times
+  !> ascend.
   pure real(rk) function value_at(times, values, time) result(value)
     real(rk), intent(in) :: times(:)
     !> shape (size(times))
     real(rk), intent(in) :: values(:)
     real(rk), intent(in) :: time
+    real(rk), parameter :: rounding = 8 * epsilon(1.0_rk)
+    real(rk) :: least
     integer :: i
 
-    i = count(times <= time)
+    least = rounding * abs(time)
+    i = count(times <= time + least)
     if (i == 0) then
       value = values(1)
-    else if (i == size(times)) then
+    else if (i == size(times) .or. time <= times(max(1, i)) + least) then
       value = values(i)
     else
       value = values(i) + (values(i + 1) - values(i)) * ((time - times(i)) / (times(i + 1) - times(i)))
+      if (abs(value) <= rounding * maxval(abs(values(i:i + 1)))) value = 0
     end if
   end function value_at
 
