@@ -8,6 +8,7 @@ module sig_condensed_plan
   use sig_kinds, only: rk
   use sig_elasticity, only: n_stresses
   use sig_mesh_checks, only: nodes_of_boundary
+  use sig_point_choice, only: most_rows
   use sig_problem, only: problem_t
   use sig_strain_force, only: has_numbers
   use sig_text, only: short_number, string_t
@@ -34,8 +35,8 @@ module sig_condensed_plan
   real(rk), parameter :: small_size = 64
   !> largest number of references, which have a pivot transform each; more make queries hardly faster
   integer, parameter :: most_references = 32
-  !> numbers of inelastic modes, and of main directions of the stresses in training, that are seldom exceeded
-  integer, parameter :: usual_modes = 40, usual_stresses = 60
+  !> largest numbers of inelastic modes, and of main directions of the stresses of inelastic strains that count in training
+  integer, parameter, public :: most_modes = 100, most_stresses = 60
   !> [MB] of one number
   real(rk), parameter :: number_size = 8.0e-6_rk
 
@@ -288,8 +289,9 @@ contains
     n_bytes = bytes_per_megabyte * megabytes
   end function model_size
 
-  !> [byte] Returns the size of a model of materials that flow, without the mesh for fields: a condensed model, modes, and strains
-  !> at all points. Those of contact forces are counted in single precision; their compression is known only when it is done.
+  !> [byte] Returns the largest size of a model of materials that flow, without the mesh for fields: a condensed model, modes, and
+  !> strains at all points. Those of contact forces are counted in single precision; their compression is known only when it is
+  !> done.
   real(rk) function inelastic_model_size(problem) result(n_bytes)
     type(problem_t), intent(in) :: problem
     real(rk), parameter :: single = 4, double = 8
@@ -298,8 +300,8 @@ contains
     n_points = problem%sizes%n_flow_points
     n_strains = problem%body%mechanics%n_strains * n_points
     n_bytes = model_size(problem) + single * n_strains * problem%force_rows%n_rows + double * (n_strains * &
-      (problem%boundary%n_terms + usual_modes) + n_stresses * n_points * problem%strains%terms%n_terms() + &
-      real(usual_modes, rk) * problem%mesh%n_dim * problem%mesh%n_nodes)
+      (problem%boundary%n_terms + most_modes) + n_stresses * n_points * problem%strains%terms%n_terms() + &
+      real(most_modes, rk) * problem%mesh%n_dim * problem%mesh%n_nodes)
   end function inelastic_model_size
 
   !> [byte] Returns the memory of each rank for the training of such a model: strains of contact forces at all points and a copy of
@@ -313,7 +315,7 @@ contains
 
     n_points = problem%sizes%n_flow_points
     n_bytes = inelastic_model_size(problem) + double * (problem%body%mechanics%n_strains * n_points * &
-      (2 * problem%force_rows%n_rows + real(n_states, rk) + usual_stresses) + n_points * usual_modes * usual_stresses + &
+      (2 * problem%force_rows%n_rows + real(n_states, rk) + most_stresses) + 2 * n_points * most_rows + &
       2 * real(n_states, rk) * problem%mesh%n_dim * problem%mesh%n_nodes)
   end function inelastic_training_size
 

@@ -10,6 +10,7 @@ module sig_inelastic_training
   use sig_body_compliance, only: body_compliance_t
   use sig_compliance, only: compliance_point_t
   use sig_condensed, only: condensed_t
+  use sig_condensed_plan, only: most_modes, most_stresses
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_training, only: train_condensed
   use sig_contact_responses, only: close_rows, columns_at_once, measure_work
@@ -47,9 +48,8 @@ module sig_inelastic_training
   public :: add_strains, train_inelastic
 
   !> modes leave at most this share of reduction.inelastic_tolerance of the displacements by inelastic strains: forces are the
-  !> reactions of a stiff system, and multiply their errors. There are at most most_modes
+  !> reactions of a stiff system, and multiply their errors. There are at most most_modes (sig_condensed_plan)
   real(rk), parameter :: mode_share = 1.0e-2_rk
-  integer, parameter :: most_modes = 100
   !> [-] displacements by inelastic strains are rounding if they are at most this share of all displacements, in the norm of the
   !> stiffness
   real(rk), parameter :: least_share = 1.0e-8_rk
@@ -62,7 +62,6 @@ module sig_inelastic_training
   real(rk), parameter :: enough = 2.0e-3_rk, tolerable = 1.0e-2_rk, much_above = 1.5_rk
   !> [-] main directions of the stresses of inelastic strains that count
   real(rk), parameter :: stress_tolerance = 1.0e-5_rk
-  integer, parameter :: most_stresses = 60
 
   !> The states of the histories.
   type :: states_t

@@ -18,7 +18,7 @@ module sig_point_choice
   use sig_random_numbers, only: random_t
   implicit none(type, external)
   private
-  public :: choose_points
+  public :: choose_points, most_rows
 
   !> [-] by how much more the energies may miss than the work
   real(rk), parameter :: energy_factor = 100
