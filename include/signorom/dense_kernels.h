@@ -47,6 +47,10 @@ double sig_reciprocal_condition_lu(int n, const double *factors, int ldf, double
    the first pivot that is not positive: A is not positive definite, and the factor is of no use. */
 int sig_factor_cholesky(int n, double *a, int lda);
 
+/* The same where part of the factor is known: on entry the first n_columns columns hold L in their first n_rows rows,
+   and all other entries hold A. n_columns is a multiple of 8, n_columns <= n_rows <= n. */
+int sig_extend_cholesky(int n_columns, int n_rows, int n, double *a, int lda);
+
 /* x = A^-1 b in place for n_rhs columns, with the factor of sig_factor_cholesky. */
 void sig_solve_cholesky(int n, int n_rhs, const double *factor, int ldf, double *b, int ldb);
 

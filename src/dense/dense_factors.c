@@ -296,6 +296,18 @@ static int factor_triangle(int n, double *a, ptrdiff_t lda) {
 
 int sig_factor_cholesky(int n, double *a, int lda) { return factor_triangle(n, a, lda); }
 
+int sig_extend_cholesky(int n_columns, int n_rows, int n, double *a, int lda) {
+  const int n_2 = n - n_columns;
+  double *second = a + n_columns + (ptrdiff_t)n_columns * lda;
+  if (n_2 == 0) return 0;
+  if (n_columns > 0) {
+    if (n_rows < n) solve_from_right(n - n_rows, n_columns, a, lda, a + n_rows, lda);
+    take_square(n_2, n_columns, a + n_columns, lda, second, lda);
+  }
+  const int bad = factor_triangle(n_2, second, lda);
+  return bad ? n_columns + bad : 0;
+}
+
 void sig_reduce_cholesky(int n, const double *factor, int ldf, double *b) {
   sig_solve_triangle(SIG_LOWER, n, 1, factor, ldf, b, n);
 }

@@ -12,12 +12,16 @@ module sig_dense_kernels
   public :: multiply, multiply_transpose, add_few_columns, add_columns_and_sizes
   public :: add_product, add_transposed_product, transposed_product
   public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reduce_cholesky
-  public :: reciprocal_condition_cholesky
+  public :: extend_cholesky, reciprocal_condition_cholesky
   public :: largest_size, sum_of_sizes
 
   interface solve_lu
     procedure solve_lu_vector, solve_lu_matrix
   end interface solve_lu
+
+  interface solve_cholesky
+    procedure solve_cholesky_vector, solve_cholesky_matrix
+  end interface solve_cholesky
 
   ! include/signorom/dense_kernels.h describes these procedures in C.
   interface
@@ -95,6 +99,12 @@ module sig_dense_kernels
       integer(c_int), value, intent(in) :: n, lda
       real(c_double), intent(inout) :: a(*)
     end function sig_factor_cholesky
+
+    integer(c_int) function sig_extend_cholesky(n_columns, n_rows, n, a, lda) bind(c)
+      import :: c_double, c_int
+      integer(c_int), value, intent(in) :: n_columns, n_rows, n, lda
+      real(c_double), intent(inout) :: a(*)
+    end function sig_extend_cholesky
 
     pure subroutine sig_solve_cholesky(n, n_rhs, factor, ldf, b, ldb) bind(c)
       import :: c_double, c_int
@@ -285,8 +295,24 @@ contains
     info = sig_factor_cholesky(n, a, size(a, 1))
   end subroutine factor_cholesky
 
+  !> Computes the Cholesky factor of a matrix of which part is known: the first n_columns columns, of the first n_rows rows.
+  subroutine extend_cholesky(n_columns, n_rows, n, a, info)
+    !> a multiple of 8, at most n_rows
+    integer, intent(in) :: n_columns
+    !> at most n
+    integer, intent(in) :: n_rows
+    !> order of the matrix
+    integer, intent(in) :: n
+    !> on entry what is known of L, and the matrix in the other entries, on exit L, shape (>= n, >= n)
+    real(rk), contiguous, intent(inout) :: a(:, :)
+    !> as of factor_cholesky
+    integer, intent(out) :: info
+
+    info = sig_extend_cholesky(n_columns, n_rows, n, a, size(a, 1))
+  end subroutine extend_cholesky
+
   !> Computes b = A^-1 b, with the factor of factor_cholesky.
-  subroutine solve_cholesky(n, factor, b)
+  subroutine solve_cholesky_vector(n, factor, b)
     !> order of the matrix
     integer, intent(in) :: n
     real(rk), contiguous, intent(in) :: factor(:, :)
@@ -294,7 +320,18 @@ contains
     real(rk), contiguous, intent(inout) :: b(:)
 
     call sig_solve_cholesky(n, 1_c_int, factor, size(factor, 1), b, size(b))
-  end subroutine solve_cholesky
+  end subroutine solve_cholesky_vector
+
+  !> Computes b = A^-1 b for the columns of b, with the factor of factor_cholesky.
+  subroutine solve_cholesky_matrix(n, factor, b)
+    !> order of the matrix
+    integer, intent(in) :: n
+    real(rk), contiguous, intent(in) :: factor(:, :)
+    !> shape (>= n, n_columns)
+    real(rk), contiguous, intent(inout) :: b(:, :)
+
+    call sig_solve_cholesky(n, size(b, 2), factor, size(factor, 1), b, size(b, 1))
+  end subroutine solve_cholesky_matrix
 
   !> Computes b = L^-1 b, with the factor of factor_cholesky. The sum of squares of the result is b' A^-1 b of the original b.
   subroutine reduce_cholesky(n, factor, b)

@@ -38,7 +38,7 @@ contains
   !> size, nothing is allocated, except by the first use of Lemke's method.
   subroutine solve_lcp(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> guess of the active set (lambda > 0), from which the active set method starts, shape (n); with size 0 the guess is q < 0
@@ -56,7 +56,7 @@ contains
   end subroutine solve_lcp
 
   subroutine solve_in(matrix, q, is_active_start, solution, workspace)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
@@ -66,12 +66,16 @@ contains
     logical :: is_done
 
     call start_solution(size(q), solution)
-    if (.not. (is_finite(matrix) .and. all(ieee_is_finite(q)))) return
+    if (.not. all(ieee_is_finite(q))) return
+    if (.not. workspace%is_known) then
+      if (.not. is_finite(matrix)) return
+    end if
     solution%reason = reason_converged
     solution%residual = 0
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
-    workspace%is_symmetric = is_symmetric(matrix)
+    if (.not. workspace%is_known) workspace%is_symmetric = is_symmetric(matrix)
+    workspace%is_known = workspace%keeps_factors
     tries: do i_try = 1, size(tolerances)
       workspace%tolerance = tolerances(i_try)
       if (size(is_active_start) == size(q)) then
@@ -100,7 +104,7 @@ contains
   !> A set of k unknowns costs about k^3 / 3 + 2 n k operations; no cost grows with n^2.
   subroutine change_sets(matrix, q, is_active_start, solution, workspace)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> guess of the active set, shape (n)
@@ -112,6 +116,7 @@ contains
 
     call start_solution(size(q), solution)
     call workspace%reserve(size(q))
+    call workspace%take_other_matrix()
     workspace%is_symmetric = .false.
     if (.not. all(ieee_is_finite(q))) return
     solution%is_active = is_active_start
@@ -126,7 +131,7 @@ contains
   !> that were used before for a problem of this size.
   subroutine find_other_solution(matrix, q, is_active_start, known, other, workspace, is_found)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> guess of the active set, shape (n)
@@ -142,6 +147,7 @@ contains
 
     call start_solution(size(q), other)
     call workspace%reserve(size(q))
+    call workspace%take_other_matrix()
     workspace%is_symmetric = is_symmetric(matrix)
     other%is_active = is_active_start
     call run_active_set(matrix, q, other%is_active, workspace, other%reason, other%n_iterations, known%is_active)
@@ -169,13 +175,13 @@ contains
 
   !> Whether all entries are finite: 0 * x is 0 for a finite x, and else not a number.
   pure logical function is_finite(matrix)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
 
     is_finite = abs(sum(0 * matrix)) <= 0
   end function is_finite
 
   subroutine try_active_set(matrix, q, solution, workspace, is_done)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     type(lcp_solution_t), intent(inout) :: solution
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -187,7 +193,7 @@ contains
   end subroutine try_active_set
 
   subroutine try_block_pivoting(matrix, q, solution, workspace, is_done)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     type(lcp_solution_t), intent(inout) :: solution
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -204,7 +210,7 @@ contains
   !> Runs Lemke's method, then solves once with its last active set, because the tableau contains the rounding errors of all pivots.
   !> If the matrix of this set is singular, the tableau's answer counts. is_done: the problem is solved.
   subroutine try_lemke(matrix, q, i_path, solution, workspace, is_done)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     !> 1 to n_paths
     integer, intent(in) :: i_path
@@ -229,7 +235,7 @@ contains
   !> largest sum gets the largest one. Path 2: ones. Later paths: numbers between 0.1 and 1.1 by multiples of the golden ratio. All
   !> entries are then divided by the largest one.
   pure subroutine set_covering(matrix, i_path, covering)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     integer, intent(in) :: i_path
     real(rk), intent(out) :: covering(:)
     real(rk), parameter :: golden_ratio = 0.5_rk * (1 + sqrt(5.0_rk))
@@ -250,7 +256,7 @@ contains
   !> largest to zero, and checks the conditions: a residual above accepted_residual gives reason_ill_conditioned. Where there is no
   !> answer, lambda is zero and the residual huge. Sets is_active to lambda > 0, and is_done to whether there is an answer.
   pure subroutine finish(matrix, q, workspace, solution, is_done)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     !> workspace%lambda is defined where solution%reason is reason_converged
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -263,6 +269,8 @@ contains
       associate (lambda => workspace%lambda(:size(q)))
         smallest = sign_tolerance * maxval(lambda)
         where (lambda > smallest) solution%lambda = lambda
+        if (.not. workspace%has_openings .or. any(abs(lambda - solution%lambda) > 0)) &
+          call sum_rows(matrix, solution%lambda, q, workspace%w, workspace%row_size)
       end associate
       call measure_residual(matrix, q, smallest, workspace, solution)
       if (.not. solution%residual <= accepted_residual) solution%reason = reason_ill_conditioned
@@ -276,11 +284,11 @@ contains
   end subroutine finish
 
   !> Sets solution%residual: the largest of |w| on rows with lambda > 0 and of -w elsewhere, each divided by the size of its row;
-  !> w is W lambda + q for solution%lambda; 0 if none is positive, huge if such a size is not finite. The size is the sum of the
-  !> absolute values of the terms of w. Where the residual would be too large, the size is made larger, so that a w that negligible
-  !> multipliers would remove is accepted.
+  !> w, in the workspace, is W lambda + q for solution%lambda; 0 if none is positive, huge if such a size is not finite. The size
+  !> is the sum of the absolute values of the terms of w. Where the residual would be too large, the size is made larger, so that a
+  !> w that negligible multipliers would remove is accepted.
   pure subroutine measure_residual(matrix, q, negligible, workspace, solution)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     real(rk), intent(in) :: q(:)
     !> multipliers up to this one were set to zero
     real(rk), intent(in) :: negligible
@@ -289,7 +297,6 @@ contains
     real(rk) :: size_of_row, violation
     integer :: i
 
-    call sum_rows(matrix, solution%lambda, q, workspace%w, workspace%row_size)
     solution%residual = 0
     do i = 1, size(q)
       violation = merge(abs(workspace%w(i)), -workspace%w(i), solution%lambda(i) > 0)
@@ -303,7 +310,7 @@ contains
 
   !> Whether the matrix is exactly symmetric. Callers make a matrix that should be symmetric exactly so.
   pure logical function is_symmetric(matrix)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     integer :: i, j
 
     is_symmetric = .false.

@@ -17,7 +17,7 @@ contains
   !> evaluated; usual_sets is 50. Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine run_active_set(matrix, q, is_active, workspace, reason, n_iterations, is_active_known)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> on entry the start, on exit the last set, shape (n)

@@ -24,7 +24,7 @@ contains
   !> method ends for P-matrices, but Murty's rule may need 2**n steps there, and it may cycle for other matrices.
   subroutine run_block_pivoting(matrix, q, is_active, workspace, reason, n_iterations)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> on entry the start, on exit the last set, shape (n)

@@ -3,7 +3,7 @@
 !> evaluation of one active set.
 module sig_lcp_types
   use sig_bits, only: n_words
-  use sig_dense_kernels, only: factor_cholesky, factor_lu, reciprocal_condition_cholesky, reciprocal_condition_lu, &
+  use sig_dense_kernels, only: extend_cholesky, factor_lu, reciprocal_condition_cholesky, reciprocal_condition_lu, &
     solve_cholesky, solve_lu
   use sig_kinds, only: rk
   use sig_linear_algebra, only: singular_reciprocal, sum_rows
@@ -53,14 +53,26 @@ module sig_lcp_types
     integer :: capacity = 0
     !> [-] largest tolerance for wrong signs: sign_tolerance, or widest_tolerance for a second try
     real(rk) :: tolerance = sign_tolerance
-    !> lambda of the active set that was evaluated last, zero outside of the set; w = W lambda + q, which evaluate_set makes zero in
-    !> the set, and sum_rows does not; shape (capacity)
+    !> lambda of the active set that was evaluated last, zero outside of the set; w = W lambda + q; shape (capacity)
     real(rk), allocatable :: lambda(:)
     real(rk), allocatable :: w(:)
+    !> w and row_size belong to lambda
+    logical :: has_openings = .false.
     !> sum of the absolute values of the terms of each row of w, shape (capacity)
     real(rk), allocatable :: row_size(:)
     !> whether lambda inside, or w outside of the set, is negative beyond the tolerance; shape (capacity)
     logical, allocatable :: is_violated(:)
+    !> whether W is the same in all problems of solve_lcp: then it is looked at once, and factors are kept from one set to the next.
+    !> Answers then depend, by rounding, on the sets before (forget_sets)
+    logical :: keeps_factors = .false.
+    !> W has been looked at: it is finite, and is_symmetric is set
+    logical :: is_known = .false.
+    !> number of indices in the set, and how many of them, 0 or all, have factors that can be used again
+    integer :: n_set = 0
+    integer :: n_kept = 0
+    !> [-] of the matrix of the set, or 1 while it is not estimated
+    real(rk) :: reciprocal_condition = 1
+    logical :: is_estimated = .false.
     !> the matrix of the set is singular; lambda, w and is_violated are not defined then
     logical :: is_singular = .false.
     !> W is symmetric: matrices of sets are then factored by Cholesky, with half the work, if they are positive definite
@@ -69,8 +81,8 @@ module sig_lcp_types
     logical :: is_cholesky = .false.
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
-    !> factors of the matrix of the set, indices of the set, pivots, a right-hand side, signs for the estimate of the condition
-    !> number
+    !> factors of the matrix of the set, indices of the set in their order, pivots, a right-hand side, signs for the estimate of the
+    !> condition number
     real(rk), allocatable :: factors(:, :)
     integer, allocatable :: active(:)
     integer, allocatable :: pivots(:)
@@ -87,6 +99,10 @@ module sig_lcp_types
   contains
     procedure :: reserve
     procedure :: reserve_tableau
+    procedure :: forget_sets
+    procedure :: take_other_matrix
+    procedure :: factor_set
+    procedure :: solve_for_set
   end type lcp_workspace_t
 
 contains
@@ -102,6 +118,7 @@ contains
       self%active, self%pivots, self%work, self%signs)
     if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
     self%capacity = n
+    call self%forget_sets()
     allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n))
     allocate (self%history(n_words(n), max(usual_sets, n + 1) + 1))
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
@@ -117,95 +134,164 @@ contains
     end associate
   end subroutine reserve_tableau
 
-  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q outside of A, and which of these numbers are
-  !> negative beyond rounding (condition_tolerance). The results are lambda (0 outside of A), w (0 in A) and is_violated of the
-  !> workspace. Where W_AA is numerically singular, workspace%is_singular is true and the results are of no use.
+  !> Forgets factors, so that answers do not depend on the sets before.
+  pure subroutine forget_sets(self)
+    class(lcp_workspace_t), intent(inout) :: self
+
+    self%n_kept = 0
+  end subroutine forget_sets
+
+  !> Forgets what is known of the matrix, before another one is used.
+  pure subroutine take_other_matrix(self)
+    class(lcp_workspace_t), intent(inout) :: self
+
+    self%is_known = .false.
+    call self%forget_sets()
+  end subroutine take_other_matrix
+
+  !> Evaluates one active set A: computes lambda_A = -W_AA^-1 q_A, w = W lambda + q, and which of these numbers are negative beyond
+  !> rounding (condition_tolerance). The results are lambda (0 outside of A), w, its row_size, and is_violated of the workspace.
+  !> Where W_AA is numerically singular, workspace%is_singular is true and the results are of no use.
   !>
   !> Requires: workspace%reserve, and workspace%is_symmetric is set.
   subroutine evaluate_set(matrix, q, is_active, workspace)
     !> W, shape (n, n)
-    real(rk), intent(in) :: matrix(:, :)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     !> shape (n)
     real(rk), intent(in) :: q(:)
     !> the set A, shape (n)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
-    real(rk) :: doubtful, reciprocal
-    integer :: i, info, n
 
-    call gather(matrix, is_active, workspace, n)
-    workspace%is_singular = .false.
-    reciprocal = 1
-    doubtful = 1
-    workspace%lambda(:size(q)) = 0
-    if (n > 0) then
-      call factor_set(matrix, is_active, workspace, n, info)
-      call measure_pivots(workspace%factors, n, doubtful)
-      if (workspace%is_cholesky) doubtful = doubtful**2
-      workspace%is_singular = info /= 0 .or. .not. doubtful > 0
-      if (workspace%is_singular) return
-      if (doubtful < trusted_pivots) then
-        call measure_condition(matrix, workspace, n, reciprocal)
-        workspace%is_singular = .not. reciprocal > singular_reciprocal
-        if (workspace%is_singular) return
-      end if
-      call solve_set(q, n, workspace)
-    end if
+    workspace%has_openings = .false.
+    call workspace%factor_set(matrix, is_active)
+    if (workspace%is_singular) return
+    call solve_set(q, workspace)
     call sum_rows(matrix, workspace%lambda(:size(q)), q, workspace%w, workspace%row_size)
-    do i = 1, size(q)
-      if (is_active(i)) workspace%w(i) = 0
-    end do
-    call find_violations(is_active, condition_tolerance(reciprocal, workspace%tolerance), workspace)
-    if (doubtful < trusted_pivots .or. n == 0) return
+    workspace%has_openings = .true.
+    call find_violations(is_active, condition_tolerance(workspace%reciprocal_condition, workspace%tolerance), workspace)
     ! The condition number costs as much as the solve, so it is estimated only where a sign depends on the tolerance.
+    if (workspace%is_estimated .or. workspace%n_set == 0) return
     if (is_decided(size(q), workspace)) return
-    call measure_condition(matrix, workspace, n, reciprocal)
-    workspace%is_singular = .not. reciprocal > singular_reciprocal
-    call find_violations(is_active, condition_tolerance(reciprocal, workspace%tolerance), workspace)
+    call estimate_condition(matrix, workspace)
+    call find_violations(is_active, condition_tolerance(workspace%reciprocal_condition, workspace%tolerance), workspace)
   end subroutine evaluate_set
 
-  !> Writes the indices of the set, 1-based and ascending, into workspace%active, and its matrix into workspace%factors.
-  pure subroutine gather(matrix, is_active, workspace, n)
-    real(rk), intent(in) :: matrix(:, :)
+  !> Factors the matrix of a set A: by Cholesky if is_symmetric and the matrix is positive definite, else by LU with row exchanges.
+  !> is_cholesky says which, and is_singular whether the matrix is numerically singular. With keeps_factors nothing is done for
+  !> the set of the last call, and a part of the factor is used again where few indices have entered or left it.
+  !>
+  !> Requires: reserve, and is_symmetric is set.
+  subroutine factor_set(self, matrix, is_active)
+    class(lcp_workspace_t), intent(inout) :: self
+    !> W, shape (n, n)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    !> A, shape (n)
+    logical, intent(in) :: is_active(:)
+    real(rk) :: ratio
+    integer :: info, n_columns, n_rows
+
+    if (.not. self%keeps_factors) call self%forget_sets()
+    call list_set(is_active, self, n_columns, n_rows)
+    if (n_rows > 0 .and. n_rows == self%n_kept .and. n_rows == self%n_set) return
+    self%is_singular = .false.
+    self%is_estimated = .false.
+    self%reciprocal_condition = 1
+    self%n_kept = 0
+    if (self%n_set == 0) return
+    call factor_matrix(matrix, n_columns, n_rows, self, info)
+    call measure_pivots(self%factors, self%n_set, ratio)
+    if (self%is_cholesky) ratio = ratio**2
+    self%is_singular = info /= 0 .or. .not. ratio > 0
+    if (self%is_singular) return
+    if (ratio < trusted_pivots) call estimate_condition(matrix, self)
+    if (self%keeps_factors .and. .not. self%is_singular) self%n_kept = self%n_set
+  end subroutine factor_set
+
+  !> Lists the indices of a set in workspace%active. They are ascending, but those that the kept set has, too, come first, in its
+  !> order.
+  pure subroutine list_set(is_active, workspace, n_columns, n_rows)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> number of indices in the set
-    integer, intent(out) :: n
-    integer :: i, j
+    !> size of the leading triangle of the factor that both sets have in common: a multiple of step, for extend_cholesky
+    integer, intent(out) :: n_columns
+    !> number of indices that both sets have. Their rows of these columns have been moved
+    integer, intent(out) :: n_rows
+    integer, parameter :: step = 8
+    logical :: is_new(size(is_active))
+    integer :: i, n
 
-    n = 0
-    do i = 1, size(is_active)
-      if (.not. is_active(i)) cycle
-      n = n + 1
-      workspace%active(n) = i
-    end do
-    do j = 1, n
-      do i = 1, n
-        workspace%factors(i, j) = matrix(workspace%active(i), workspace%active(j))
+    associate (active => workspace%active, n_kept => workspace%n_kept)
+      n_columns = 0
+      if (workspace%is_cholesky) then
+        n_columns = n_kept
+        do i = 1, n_kept
+          if (is_active(active(i))) cycle
+          n_columns = i - 1
+          exit
+        end do
+        n_columns = n_columns / step * step
+      end if
+      is_new = is_active
+      n = 0
+      do i = 1, n_kept
+        if (.not. is_active(active(i))) cycle
+        n = n + 1
+        is_new(active(i)) = .false.
+        if (n == i) cycle
+        active(n) = active(i)
+        workspace%factors(n, :n_columns) = workspace%factors(i, :n_columns)
       end do
-    end do
-  end subroutine gather
+      n_rows = n
+      do i = 1, size(is_active)
+        if (.not. is_new(i)) cycle
+        n = n + 1
+        active(n) = i
+      end do
+      workspace%n_set = n
+    end associate
+  end subroutine list_set
 
-  !> Factors the matrix of a set in workspace%factors: by Cholesky if workspace%is_symmetric and the matrix is positive definite,
-  !> else by LU with row exchanges. workspace%is_cholesky says which. Requires: gather.
-  subroutine factor_set(matrix, is_active, workspace, n, info)
-    real(rk), intent(in) :: matrix(:, :)
-    logical, intent(in) :: is_active(:)
+  !> Factors the matrix of the listed set. n_columns and n_rows, of list_set: what is known of the factor.
+  subroutine factor_matrix(matrix, n_columns, n_rows, workspace, info)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    integer, intent(in) :: n_columns
+    integer, intent(in) :: n_rows
     type(lcp_workspace_t), intent(inout) :: workspace
-    !> number of indices in the set, from gather; it does not change
-    integer, intent(inout) :: n
     !> 0 = factored, else the number of a pivot that is zero or not a number
     integer, intent(out) :: info
 
-    workspace%is_cholesky = workspace%is_symmetric
-    if (workspace%is_cholesky) then
-      call factor_cholesky(n, workspace%factors, info)
-      if (info == 0) return
-      workspace%is_cholesky = .false.
-      call gather(matrix, is_active, workspace, n)
-    end if
-    call factor_lu(n, workspace%factors, workspace%pivots, info)
-  end subroutine factor_set
+    associate (n => workspace%n_set)
+      workspace%is_cholesky = workspace%is_symmetric
+      if (workspace%is_cholesky) then
+        call gather(matrix, 1, n_columns, n_rows, workspace)
+        call gather(matrix, n_columns + 1, n, 0, workspace)
+        call extend_cholesky(n_columns, n_rows, n, workspace%factors, info)
+        if (info == 0) return
+        workspace%is_cholesky = .false.
+      end if
+      call gather(matrix, 1, n, 0, workspace)
+      call factor_lu(n, workspace%factors, workspace%pivots, info)
+    end associate
+  end subroutine factor_matrix
+
+  !> Copies columns `first` to `last` of the matrix of the listed set to workspace%factors, without their first n_rows rows.
+  pure subroutine gather(matrix, first, last, n_rows, workspace)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    integer, intent(in) :: first
+    integer, intent(in) :: last
+    integer, intent(in) :: n_rows
+    type(lcp_workspace_t), intent(inout) :: workspace
+    integer :: i, j
+
+    associate (active => workspace%active)
+      do j = first, last
+        do i = n_rows + 1, workspace%n_set
+          workspace%factors(i, j) = matrix(active(i), active(j))
+        end do
+      end do
+    end associate
+  end subroutine gather
 
   !> Computes the smallest over the largest absolute value of the first n diagonal entries of the factors (of Cholesky: the roots of
   !> the pivots); 0 where one is not finite or all are zero.
@@ -227,51 +313,78 @@ contains
     if (largest > 0) ratio = smallest / largest
   end subroutine measure_pivots
 
-  !> Estimates the reciprocal condition number (1-norm) of the active set's matrix from its factors in the workspace. `matrix` is
-  !> the whole W, and n the number of indices in the set, > 0.
-  subroutine measure_condition(matrix, workspace, n, reciprocal)
-    real(rk), intent(in) :: matrix(:, :)
+  !> Estimates the reciprocal condition number (1-norm) of the set's matrix from its factors. `matrix` is the whole W; the set is
+  !> not empty. Sets is_singular, too.
+  subroutine estimate_condition(matrix, workspace)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
     type(lcp_workspace_t), intent(inout) :: workspace
-    integer, intent(in) :: n
-    real(rk), intent(out) :: reciprocal
     real(rk) :: column_sum, norm
     integer :: i, j
 
     norm = 0
-    do j = 1, n
-      column_sum = 0
-      do i = 1, n
-        column_sum = column_sum + abs(matrix(workspace%active(i), workspace%active(j)))
+    associate (n => workspace%n_set, reciprocal => workspace%reciprocal_condition)
+      do j = 1, n
+        column_sum = 0
+        do i = 1, n
+          column_sum = column_sum + abs(matrix(workspace%active(i), workspace%active(j)))
+        end do
+        norm = max(norm, column_sum)
       end do
-      norm = max(norm, column_sum)
-    end do
-    if (workspace%is_cholesky) then
-      reciprocal = reciprocal_condition_cholesky(n, workspace%factors, norm, workspace%work, workspace%signs)
-    else
-      reciprocal = reciprocal_condition_lu(n, workspace%factors, norm, workspace%work, workspace%signs)
-    end if
-  end subroutine measure_condition
+      if (workspace%is_cholesky) then
+        reciprocal = reciprocal_condition_cholesky(n, workspace%factors, norm, workspace%work, workspace%signs)
+      else
+        reciprocal = reciprocal_condition_lu(n, workspace%factors, norm, workspace%work, workspace%signs)
+      end if
+      workspace%is_estimated = .true.
+      workspace%is_singular = .not. reciprocal > singular_reciprocal
+      if (workspace%is_singular) call workspace%forget_sets()
+    end associate
+  end subroutine estimate_condition
 
-  !> Solves W_AA lambda_A = -q_A with the factors in the workspace, and writes lambda_A to its rows of workspace%lambda; the other
-  !> rows keep their values. n is the number of indices in A.
-  subroutine solve_set(q, n, workspace)
+  !> Computes lambda_A = -W_AA^-1 q_A with the factors in the workspace; lambda is 0 in the other rows.
+  subroutine solve_set(q, workspace)
     real(rk), intent(in) :: q(:)
-    integer, intent(in) :: n
     type(lcp_workspace_t), intent(inout) :: workspace
     integer :: i
 
-    do i = 1, n
-      workspace%work(i) = -q(workspace%active(i))
-    end do
-    if (workspace%is_cholesky) then
-      call solve_cholesky(n, workspace%factors, workspace%work)
-    else
-      call solve_lu(n, workspace%factors, workspace%pivots, workspace%work)
-    end if
-    do i = 1, n
-      workspace%lambda(workspace%active(i)) = workspace%work(i)
-    end do
+    workspace%lambda(:size(q)) = 0
+    associate (n => workspace%n_set)
+      if (n == 0) return
+      do i = 1, n
+        workspace%work(i) = -q(workspace%active(i))
+      end do
+      if (workspace%is_cholesky) then
+        call solve_cholesky(n, workspace%factors, workspace%work)
+      else
+        call solve_lu(n, workspace%factors, workspace%pivots, workspace%work)
+      end if
+      do i = 1, n
+        workspace%lambda(workspace%active(i)) = workspace%work(i)
+      end do
+    end associate
   end subroutine solve_set
+
+  !> Computes the solutions x_A = -W_AA^-1 q_A for several q, with the factors of factor_set; they are 0 in the other rows.
+  !> Requires: is_singular is false.
+  subroutine solve_for_set(self, q, x)
+    class(lcp_workspace_t), intent(in) :: self
+    !> shape (n, n_columns)
+    real(rk), intent(in) :: q(:, :)
+    !> shape (n, n_columns)
+    real(rk), intent(out) :: x(:, :)
+    real(rk) :: inside(self%n_set, size(q, 2))
+
+    x = 0
+    associate (active => self%active(:self%n_set))
+      inside = -q(active, :)
+      if (self%is_cholesky) then
+        call solve_cholesky(self%n_set, self%factors, inside)
+      else
+        call solve_lu(self%n_set, self%factors, self%pivots, inside)
+      end if
+      x(active, :) = inside
+    end associate
+  end subroutine solve_for_set
 
   !> Sets workspace%is_violated: whether lambda in the active set, or w outside of it, is negative beyond the tolerance. The
   !> tolerance is relative: for w to row_size, for lambda to the largest |lambda|.

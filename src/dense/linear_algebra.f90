@@ -2,8 +2,8 @@
 !> Small dense linear algebra: LU factors for several solves, single solves, inverses, products.
 module sig_linear_algebra
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-  use sig_dense_kernels, only: add_product, factor_lu, largest_size, multiply, multiply_transpose, reciprocal_condition_lu, &
-    solve_lu, sum_of_sizes, transposed_product
+  use sig_dense_kernels, only: add_columns_and_sizes, add_product, factor_lu, largest_size, multiply, multiply_transpose, &
+    reciprocal_condition_lu, solve_lu, sum_of_sizes, transposed_product
   use sig_kinds, only: rk
   implicit none(type, external)
   private
@@ -149,27 +149,18 @@ contains
   !> Computes w = A x + b, and for each row the sum of the absolute values of the terms, |b_i| + sum_j |A_ij x_j|.
   pure subroutine sum_rows(a, x, b, w, row_size)
     !> shape (n, n)
-    real(rk), intent(in) :: a(:, :)
+    real(rk), contiguous, intent(in) :: a(:, :)
     !> shape (n)
-    real(rk), intent(in) :: x(:)
+    real(rk), contiguous, intent(in) :: x(:)
     !> n or more elements, as w and row_size
     real(rk), intent(in) :: b(:)
     real(rk), contiguous, intent(inout) :: w(:)
     real(rk), contiguous, intent(inout) :: row_size(:)
-    real(rk) :: part
-    integer :: i, j
 
-    do i = 1, size(x)
-      w(i) = b(i)
-      row_size(i) = abs(b(i))
-    end do
-    do j = 1, size(x)
-      if (abs(x(j)) <= 0) cycle
-      do i = 1, size(x)
-        part = a(i, j) * x(j)
-        w(i) = w(i) + part
-        row_size(i) = row_size(i) + abs(part)
-      end do
-    end do
+    associate (n => size(x))
+      w(:n) = b(:n)
+      row_size(:n) = abs(b(:n))
+      call add_columns_and_sizes(a, x, w(:n), row_size(:n))
+    end associate
   end subroutine sum_rows
 end module sig_linear_algebra

@@ -9,7 +9,7 @@ module sig_condensed_model
   use sig_compliance, only: compliance_point_t, compliance_t
   use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_condensed_certificate, only: condensed_certificate_t
-  use sig_dense_kernels, only: add_few_columns
+  use sig_dense_kernels, only: add_few_columns, add_product
   use sig_errors, only: error_t
   use sig_friction_changes, only: friction_changes_t
   use sig_friction_derivative, only: friction_derivative_t
@@ -21,7 +21,7 @@ module sig_condensed_model
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: lu_t, multiply
+  use sig_linear_algebra, only: multiply
   use sig_model_data, only: model_sizes_t
   use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_pulled_off, &
     reason_ray
@@ -60,7 +60,10 @@ module sig_condensed_model
     procedure :: create_room
     procedure :: open_contacts
     procedure :: start_from_set
+    procedure :: keep_factors
     procedure :: unknown_changes
+    procedure :: take_openings
+    procedure :: opening_changes
     procedure :: forget
     procedure :: n_remembered
     procedure :: save_memory
@@ -222,11 +225,23 @@ contains
     end select
   end subroutine start_from_set
 
+  !> Keeps factors of W from one problem to the next, where W is fixed. The answers of a room then depend, by rounding, on those
+  !> before, until forget.
+  pure subroutine keep_factors(self, room)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(inout) :: room
+
+    select type (room)
+    type is (condensed_room_t)
+      room%workspace%keeps_factors = self%compliance%is_fixed()
+    end select
+  end subroutine keep_factors
+
   !> Computes by how much the unknowns of the last answer change where openings do, for small changes that change no state: with the
   !> closed rows A, W_AA z_A' + w_A' = 0. Where there is no derivative, is_known is false and the changes are 0.
   subroutine unknown_changes(self, room, answer, openings, changes, is_known)
     class(condensed_model_t), target, intent(in) :: self
-    class(room_t), target, intent(in) :: room
+    class(room_t), target, intent(inout) :: room
     type(answer_t), intent(in) :: answer
     !> [length] in each direction, shape (n_rows, n_directions)
     real(rk), contiguous, intent(in) :: openings(:, :)
@@ -241,27 +256,55 @@ contains
       if (allocated(self%steps)) then
         call step_changes(self%compliance, self%steps, room, answer, openings, changes, is_known)
       else
-        call active_changes(self%compliance%matrix(room%point), answer%unknowns, openings, changes, is_known)
+        call active_changes(self%compliance, room, answer%unknowns > 0, openings, changes, is_known)
       end if
     end select
   end subroutine unknown_changes
 
-  subroutine active_changes(matrix, unknowns, openings, changes, is_known)
-    !> [length/force] W
-    real(rk), intent(in) :: matrix(:, :)
-    real(rk), intent(in) :: unknowns(:)
+  subroutine active_changes(compliance, room, is_active, openings, changes, is_known)
+    class(compliance_t), target, intent(in) :: compliance
+    type(condensed_room_t), target, intent(inout) :: room
+    logical, intent(in) :: is_active(:)
     real(rk), intent(in) :: openings(:, :)
+    !> 0 on entry
     real(rk), intent(inout) :: changes(:, :)
     logical, intent(out) :: is_known
-    type(lu_t) :: lu
-    integer, allocatable :: active(:)
-    integer :: i
+    real(rk), pointer, contiguous :: matrix(:, :)
 
-    active = pack([(i, i=1, size(unknowns))], unknowns > 0)
-    call lu%factor(matrix(active, active))
-    is_known = .not. lu%is_singular
-    if (is_known) changes(active, :) = lu%solve(-openings(active, :))
+    is_known = .true.
+    if (.not. any(is_active)) return
+    matrix => compliance%matrix(room%point)
+    call room%workspace%factor_set(matrix, is_active)
+    is_known = .not. room%workspace%is_singular
+    if (is_known) call room%workspace%solve_for_set(openings, changes)
   end subroutine active_changes
+
+  !> Takes w [length] of the last answer, shape (n_rows).
+  pure subroutine take_openings(self, room, openings)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    real(rk), intent(inout) :: openings(:)
+
+    select type (room)
+    type is (condensed_room_t)
+      openings = room%opening
+    end select
+  end subroutine take_openings
+
+  !> Adds to changes of q [length] what changes of the unknowns open, shapes (n_rows, n_directions): changes of w.
+  subroutine opening_changes(self, room, unknown_changes, changes)
+    class(condensed_model_t), target, intent(in) :: self
+    class(room_t), target, intent(in) :: room
+    real(rk), contiguous, intent(in) :: unknown_changes(:, :)
+    real(rk), contiguous, intent(inout) :: changes(:, :)
+    real(rk), pointer, contiguous :: matrix(:, :)
+
+    select type (room)
+    type is (condensed_room_t)
+      matrix => self%compliance%matrix(room%point)
+      call add_product(1.0_rk, matrix, unknown_changes, changes)
+    end select
+  end subroutine opening_changes
 
   subroutine step_changes(compliance, steps, room, answer, openings, changes, is_known)
     class(compliance_t), intent(in) :: compliance
@@ -295,9 +338,10 @@ contains
     class(condensed_model_t), intent(in) :: self
     class(room_t), intent(inout) :: room
 
-    if (.not. allocated(self%steps)) return
     select type (room)
     type is (condensed_room_t)
+      call room%workspace%forget_sets()
+      if (.not. allocated(self%steps)) return
       call room%memory%begin(self%steps)
       call room%changes%begin()
     end select

@@ -57,9 +57,12 @@ module sig_flow_points
     procedure :: create_room
     procedure :: find_flaw
     procedure :: find_strains
+    procedure :: impose
     procedure :: update
+    procedure :: apply_laws
     procedure :: work_on_modes
     procedure :: work_on_contact
+    procedure :: change_of_strains
     procedure :: change_of_work
   end type flow_points_t
 
@@ -77,7 +80,7 @@ module sig_flow_points
     !> [force, force/length] weight times (C - C_T) of these components; shape (n_strains, n_strains, n_points)
     real(rk), allocatable :: softening(:, :, :)
     !> [-] total strains, shape (n_strains * n_points), and imposed ones, shape (n_stresses * n_points)
-    real(rk), allocatable, private :: strains(:)
+    real(rk), allocatable :: strains(:)
     real(rk), allocatable, private :: imposed(:)
   end type flow_room_t
 
@@ -249,6 +252,16 @@ contains
     call add_few_columns(self%of_modes, amplitudes, strains)
   end subroutine find_strains
 
+  !> Computes the imposed strains of a time.
+  subroutine impose(self, strain_theta, room)
+    class(flow_points_t), intent(in) :: self
+    !> values of the terms of imposed strains, shape (n_strain_terms)
+    real(rk), contiguous, intent(in) :: strain_theta(:)
+    type(flow_room_t), intent(inout) :: room
+
+    call multiply(1.0_rk, self%imposed, strain_theta, 0.0_rk, room%imposed)
+  end subroutine impose
+
   !> Computes strains, and from them stresses and states at the end of a step.
   subroutine update(self, laws, theta, strain_theta, unknowns, amplitudes, dt, room, is_solved)
     class(flow_points_t), intent(in) :: self
@@ -267,12 +280,26 @@ contains
     type(flow_room_t), intent(inout) :: room
     !> whether the laws have an answer at all points
     logical, intent(out) :: is_solved
+
+    call self%impose(strain_theta, room)
+    call self%find_strains(theta, unknowns, amplitudes, room%strains)
+    call self%apply_laws(laws, dt, room, is_solved)
+  end subroutine update
+
+  !> Computes stresses and states at the end of a step from strains.
+  subroutine apply_laws(self, laws, dt, room, is_solved)
+    class(flow_points_t), intent(in) :: self
+    type(flow_law_t), intent(in) :: laws(:)
+    !> [time] of the step
+    real(rk), intent(in) :: dt
+    !> in: strains, imposed strains (impose), old_states and properties
+    type(flow_room_t), intent(inout) :: room
+    !> whether the laws have an answer at all points
+    logical, intent(out) :: is_solved
     real(rk) :: strain(n_stresses), stress(n_stresses), tangent(n_stresses, n_stresses)
     integer :: i, k
     logical :: is_point_solved
 
-    call self%find_strains(theta, unknowns, amplitudes, room%strains)
-    call multiply(1.0_rk, self%imposed, strain_theta, 0.0_rk, room%imposed)
     is_solved = .true.
     associate (n => size(self%components), c => self%components)
       do i = 1, self%n_points()
@@ -290,7 +317,7 @@ contains
         end associate
       end do
     end associate
-  end subroutine update
+  end subroutine apply_laws
 
   !> Computes the work of the inelastic strains of the last update on the strain of each mode [sqrt(force*length)]: with all points
   !> of a body these are the amplitudes of the displacement that the inelastic strains cause.
@@ -318,33 +345,40 @@ contains
     end if
   end subroutine work_on_contact
 
-  !> Computes by how much work_on_modes changes with the amplitudes, where the unknowns follow them: shape (n_modes, n_modes).
+  !> Computes by how much strains change with the amplitudes, where the unknowns follow them: shape (n_strains * n_points, n_modes).
   !> Requires: of_contact has the strains of contact forces.
-  subroutine change_of_work(self, room, unknown_changes, change)
+  subroutine change_of_strains(self, unknown_changes, changes)
     class(flow_points_t), intent(in) :: self
-    type(flow_room_t), intent(in) :: room
     !> [force/sqrt(force*length)] of each amplitude, shape (n_rows, n_modes)
     real(rk), contiguous, intent(in) :: unknown_changes(:, :)
+    real(rk), contiguous, intent(inout) :: changes(:, :)
+
+    changes = self%of_modes
+    call add_product(1.0_rk, self%of_contact, unknown_changes, changes)
+  end subroutine change_of_strains
+
+  !> Computes by how much work_on_modes changes with the amplitudes, if strains do so as change_of_strains says: shape (n_modes,
+  !> n_modes).
+  subroutine change_of_work(self, room, strain_changes, change)
+    class(flow_points_t), intent(in) :: self
+    type(flow_room_t), intent(in) :: room
+    real(rk), contiguous, intent(in) :: strain_changes(:, :)
     real(rk), contiguous, intent(out) :: change(:, :)
-    real(rk), allocatable :: strains(:, :)
-    real(rk) :: strain(size(self%components))
+    real(rk), allocatable :: taken(:, :)
     integer :: first, i, j, k
 
-    allocate (strains, source=self%of_modes)
-    call add_product(1.0_rk, self%of_contact, unknown_changes, strains)
-    associate (n => size(strain))
-      do j = 1, size(strains, 2)
+    allocate (taken(size(strain_changes, 1), size(strain_changes, 2)), source=0.0_rk)
+    associate (n => size(self%components))
+      do j = 1, size(taken, 2)
         do i = 1, self%n_points()
           first = n * (i - 1)
-          strain = 0
           do k = 1, n
-            strain = strain + room%softening(:, k, i) * strains(first + k, j)
+            taken(first + 1:first + n, j) = taken(first + 1:first + n, j) + room%softening(:, k, i) * strain_changes(first + k, j)
           end do
-          strains(first + 1:first + n, j) = strain
         end do
       end do
     end associate
     change = 0
-    call add_transposed_product(1.0_rk, self%of_modes, strains, change)
+    call add_transposed_product(1.0_rk, self%of_modes, taken, change)
   end subroutine change_of_work
 end module sig_flow_points

@@ -106,18 +106,40 @@ module sig_inelastic_model
 
   !> A contact problem with a history of its own.
   type :: chain_t
-    class(room_t), allocatable :: room
     type(answer_t) :: answer
-    !> what contacts remembered at the start of the step
+    !> what contacts remember at the start of the step, and behind the last solution
     real(rk), allocatable :: memory(:)
+    real(rk), allocatable :: next_memory(:)
     !> [length] what the inelastic strains open, shape (n_rows)
     real(rk), allocatable :: openings(:)
   end type chain_t
 
+  !> How unknowns, openings and strains of the chosen points follow the amplitudes, as long as no contact closes or opens: they are
+  !> linear. What changes per amplitude stays the same from one time to the next where W is fixed.
+  type :: course_t
+    !> whether the changes are known, and those of which closed contacts they are, shape (n_rows)
+    logical :: is_known = .false.
+    logical, allocatable :: is_closed(:)
+    !> per amplitude: unknowns [force/sqrt(force*length)] and openings [length/sqrt(force*length)], shape (n_rows, n_modes), strains
+    !> [1/sqrt(force*length)], shape (n_strains * n_points, n_modes)
+    real(rk), allocatable :: unknown_changes(:, :)
+    real(rk), allocatable :: opening_changes(:, :)
+    real(rk), allocatable :: strain_changes(:, :)
+    !> whether there is a solution to start from, and the amplitudes, openings, unknowns and strains of it
+    logical :: has_start = .false.
+    real(rk), allocatable :: amplitudes(:)
+    real(rk), allocatable :: openings(:)
+    real(rk), allocatable :: unknowns(:)
+    real(rk), allocatable :: strains(:)
+  end type course_t
+
   type, extends(room_t) :: inelastic_room_t
+    !> of both contact problems, one after the other, which have most factors in common
+    class(room_t), allocatable :: contact
     !> contact for given amplitudes, and for the inelastic strains of the check points
     type(chain_t) :: reduced
     type(chain_t) :: corrected
+    type(course_t) :: course
     type(flow_room_t) :: chosen
     type(flow_room_t) :: check
     type(flow_room_t) :: all
@@ -256,16 +278,20 @@ contains
     character(:), allocatable :: message
 
     allocate (own)
+    call self%contact%create_room(own%contact)
+    call self%contact%keep_factors(own%contact)
     call create_chain(self, own%reduced)
     call create_chain(self, own%corrected)
     call self%chosen%create_room(self%laws, own%chosen)
     call self%check%create_room(self%laws, own%check)
     call self%all%create_room(self%laws, own%all)
+    call create_course(self, own%course)
     call self%properties%compile(own%properties, message)
     call own%strain_terms%create(self%strain_terms, message)
     allocate (own%strain_theta(self%strain_terms%n_terms()), source=0.0_rk)
     allocate (own%old_amplitudes(self%n_modes()), own%amplitudes(self%n_modes()), own%state(size(self%properties%names)), &
       source=0.0_rk)
+    call self%forget(own)
     call move_alloc(own, room)
   end subroutine create_room
 
@@ -280,9 +306,21 @@ contains
     class(inelastic_model_t), intent(in) :: self
     type(chain_t), intent(inout) :: chain
 
-    call self%contact%create_room(chain%room)
-    allocate (chain%memory(self%contact%n_remembered()), chain%openings(self%n_rows()), source=0.0_rk)
+    associate (n => self%contact%n_remembered())
+      allocate (chain%memory(n), chain%next_memory(n), chain%openings(self%n_rows()), source=0.0_rk)
+    end associate
   end subroutine create_chain
+
+  subroutine create_course(self, course)
+    class(inelastic_model_t), intent(in) :: self
+    type(course_t), intent(inout) :: course
+
+    associate (n => self%n_rows(), n_modes => self%n_modes(), n_strains => size(self%chosen%of_modes, 1))
+      allocate (course%is_closed(n), source=.false.)
+      allocate (course%unknown_changes(n, n_modes), course%opening_changes(n, n_modes), course%strain_changes(n_strains, n_modes), &
+        course%amplitudes(n_modes), course%openings(n), course%unknowns(n), course%strains(n_strains), source=0.0_rk)
+    end associate
+  end subroutine create_course
 
   !> Returns true: materials that flow carry their state from one time to the next.
   pure logical function remembers(self)
@@ -298,8 +336,11 @@ contains
 
     select type (room)
     type is (inelastic_room_t)
-      call self%contact%forget(room%reduced%room)
-      call self%contact%forget(room%corrected%room)
+      call self%contact%forget(room%contact)
+      call self%contact%start_from_set(room%contact, [logical ::])
+      call self%contact%save_memory(room%contact, room%reduced%next_memory)
+      room%corrected%next_memory = room%reduced%next_memory
+      room%course%is_known = .false.
       room%chosen%old_states = 0
       room%check%old_states = 0
       room%all%old_states = 0
@@ -343,8 +384,8 @@ contains
     select type (room)
     type is (inelastic_room_t)
       n = self%contact%n_remembered()
-      call self%contact%save_memory(room%reduced%room, numbers(:n))
-      call self%contact%save_memory(room%corrected%room, numbers(n + 1:2 * n))
+      numbers(:n) = room%reduced%next_memory
+      numbers(n + 1:2 * n) = room%corrected%next_memory
       numbers(2 * n + 1:) = [room%old_amplitudes, room%chosen%old_states, room%check%old_states, room%all%old_states]
     end select
   end subroutine save_memory
@@ -363,8 +404,10 @@ contains
     select type (room)
     type is (inelastic_room_t)
       n = self%contact%n_remembered()
-      call self%contact%restore_memory(room%reduced%room, numbers(:n), is_valid)
-      call self%contact%restore_memory(room%corrected%room, numbers(n + 1:2 * n), is_other)
+      room%reduced%next_memory = numbers(:n)
+      room%corrected%next_memory = numbers(n + 1:2 * n)
+      call self%contact%restore_memory(room%contact, room%reduced%next_memory, is_valid)
+      call self%contact%restore_memory(room%contact, room%corrected%next_memory, is_other)
       is_valid = is_valid .and. is_other
       first = 2 * n + self%n_modes()
       room%old_amplitudes = numbers(2 * n + 1:first)
@@ -401,6 +444,8 @@ contains
       call room%strain_terms%evaluate(room%state, room%strain_theta, is_valid, i_source)
       answer%reason = reason_bad_term
       if (.not. is_valid) return
+      room%course%has_start = .false.
+      room%course%is_known = room%course%is_known .and. self%contact%compliance%is_fixed()
       call start_chain(self, theta, room%reduced)
       call start_chain(self, theta, room%corrected)
       call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
@@ -411,6 +456,7 @@ contains
       else
         answer%flaw = self%check%find_flaw(self%laws, room%check)
       end if
+      call self%chosen%impose(room%strain_theta, room%chosen)
       answer%reason = reason_bad_property
       if (answer%flaw(1) > 0) return
       call find_amplitudes(self, theta, room, answer%n_iterations, reason)
@@ -448,8 +494,7 @@ contains
     real(rk), contiguous, intent(in) :: theta(:)
     type(chain_t), intent(inout) :: chain
 
-    call self%contact%save_memory(chain%room, chain%memory)
-    call self%contact%start_from_set(chain%room, [logical ::])
+    chain%memory = chain%next_memory
     associate (n => self%n_rows())
       call chain%answer%start(1, size(theta), self%contact%n_modes(), n, n)
     end associate
@@ -457,17 +502,20 @@ contains
   end subroutine start_chain
 
   !> Solves the contact problem of a chain from the start of the step, with its openings.
-  subroutine solve_contact(self, chain)
+  subroutine solve_contact(self, room, chain)
     class(inelastic_model_t), intent(in) :: self
+    !> of the contact
+    class(room_t), intent(inout) :: room
     type(chain_t), intent(inout) :: chain
     logical :: is_valid
 
-    call self%contact%restore_memory(chain%room, chain%memory, is_valid)
-    call self%contact%open_contacts(chain%room, chain%openings)
+    call self%contact%restore_memory(room, chain%memory, is_valid)
+    call self%contact%open_contacts(room, chain%openings)
     chain%answer%n_iterations = 0
-    call self%contact%solve(chain%answer%theta, neighbors_t(), chain%room, chain%answer)
-    ! the next iterate has nearly the same openings
-    if (chain%answer%reason > 0) call self%contact%start_from_set(chain%room, chain%answer%unknowns > 0)
+    call self%contact%solve(chain%answer%theta, neighbors_t(), room, chain%answer)
+    call self%contact%save_memory(room, chain%next_memory)
+    ! the next problem has nearly the same openings
+    if (chain%answer%reason > 0) call self%contact%start_from_set(room, chain%answer%unknowns > 0)
   end subroutine solve_contact
 
   !> Finds the amplitudes by Newton's method on R = a - sum_g w_g E_U,g' s_g = 0. reason <= 0 says why there are none.
@@ -484,7 +532,12 @@ contains
     n_iterations = 0
     call measure(self, theta, room, residual, reason)
     do while (reason > 0)
-      if (norm2(residual) <= tolerance * max(norm2(room%amplitudes), self%largest_amplitude)) return
+      if (norm2(residual) <= tolerance * max(norm2(room%amplitudes), self%largest_amplitude)) then
+        ! contact that follows the amplitudes is as good as solved: here it is solved
+        call settle_contact(self, theta, room, residual, reason, is_found)
+        if (is_found) return
+        cycle
+      end if
       reason = reason_no_material_answer
       if (n_iterations == most_iterations) return
       n_iterations = n_iterations + 1
@@ -531,18 +584,87 @@ contains
     !> [sqrt(force*length)] shape (n_modes)
     real(rk), contiguous, intent(inout) :: residual(:)
     integer, intent(out) :: reason
-    logical :: is_solved
+    logical :: is_valid
 
-    call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, room%reduced%openings)
-    call solve_contact(self, room%reduced)
-    reason = room%reduced%answer%reason
+    reason = 1
+    call follow(room%course, room%amplitudes, room%chosen%strains, is_valid)
+    if (.not. is_valid) call open_course(self, theta, room, reason)
     if (reason <= 0) return
-    call self%chosen%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, &
-      room%chosen, is_solved)
+    call self%chosen%apply_laws(self%laws, room%dt, room%chosen, is_valid)
     call self%chosen%work_on_modes(room%chosen, residual)
     residual = room%amplitudes - residual
-    if (.not. is_solved) reason = reason_no_material_answer
+    if (.not. is_valid) reason = reason_no_material_answer
   end subroutine measure
+
+  !> Solves the contact for the amplitudes in the room, finds strains, and starts a course from there.
+  subroutine open_course(self, theta, room, reason)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    integer, intent(out) :: reason
+
+    call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, room%reduced%openings)
+    call solve_contact(self, room%contact, room%reduced)
+    associate (course => room%course, answer => room%reduced%answer, strains => room%chosen%strains)
+      reason = answer%reason
+      course%has_start = .false.
+      if (reason <= 0) return
+      call self%chosen%find_strains(theta, answer%unknowns, room%amplitudes, strains)
+      if (.not. self%contact%laws%is_plain()) return
+      course%has_start = .true.
+      if (any((answer%unknowns > 0) .neqv. course%is_closed)) course%is_known = .false.
+      course%is_closed = answer%unknowns > 0
+      course%amplitudes = room%amplitudes
+      course%unknowns = answer%unknowns
+      call self%contact%take_openings(room%contact, course%openings)
+      course%strains = strains
+    end associate
+  end subroutine open_course
+
+  !> Finds the strains for amplitudes along a course. is_valid: there is a course, and on the way no contact closes or opens.
+  subroutine follow(course, amplitudes, strains, is_valid)
+    type(course_t), intent(in) :: course
+    real(rk), intent(in) :: amplitudes(:)
+    real(rk), contiguous, intent(inout) :: strains(:)
+    logical, intent(out) :: is_valid
+    real(rk) :: step(size(amplitudes)), openings(size(course%openings)), unknowns(size(course%unknowns))
+
+    is_valid = course%has_start .and. course%is_known
+    if (.not. is_valid) return
+    step = amplitudes - course%amplitudes
+    unknowns = course%unknowns
+    call multiply(1.0_rk, course%unknown_changes, step, 1.0_rk, unknowns)
+    openings = course%openings
+    call multiply(1.0_rk, course%opening_changes, step, 1.0_rk, openings)
+    is_valid = all(merge(unknowns > 0, openings >= 0, course%is_closed))
+    if (.not. is_valid) return
+    strains = course%strains
+    call multiply(1.0_rk, course%strain_changes, step, 1.0_rk, strains)
+  end subroutine follow
+
+  !> Solves the contact for amplitudes that were found along a course. Where other contacts are closed than on the course, because
+  !> some touch without a force, is_settled is false, and the residual is that of a new course.
+  subroutine settle_contact(self, theta, room, residual, reason, is_settled)
+    class(inelastic_model_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(inelastic_room_t), intent(inout) :: room
+    real(rk), contiguous, intent(inout) :: residual(:)
+    integer, intent(out) :: reason
+    logical, intent(out) :: is_settled
+
+    reason = 1
+    associate (course => room%course, answer => room%reduced%answer)
+      is_settled = .not. course%has_start
+      if (.not. is_settled) is_settled = all(abs(room%amplitudes - course%amplitudes) <= 0)
+      if (is_settled) return
+      call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, room%reduced%openings)
+      call solve_contact(self, room%contact, room%reduced)
+      reason = answer%reason
+      course%has_start = .false.
+      if (reason > 0) is_settled = all((answer%unknowns > 0) .eqv. course%is_closed)
+      if (reason > 0 .and. .not. is_settled) call measure(self, theta, room, residual, reason)
+    end associate
+  end subroutine settle_contact
 
   !> Computes the step of Newton's method. Where contact forces have no derivative they count as fixed.
   subroutine find_step(self, room, residual, step, is_found)
@@ -551,12 +673,12 @@ contains
     real(rk), intent(in) :: residual(:)
     real(rk), intent(out) :: step(:)
     logical, intent(out) :: is_found
-    real(rk) :: changes(self%n_rows(), self%n_modes()), matrix(self%n_modes(), self%n_modes())
+    real(rk) :: matrix(self%n_modes(), self%n_modes())
     type(lu_t) :: lu
     integer :: i
 
-    call self%contact%unknown_changes(room%reduced%room, room%reduced%answer, self%mode_openings, changes, is_found)
-    call self%chosen%change_of_work(room%chosen, changes, matrix)
+    if (.not. (room%course%has_start .and. room%course%is_known)) call find_course(self, room)
+    call self%chosen%change_of_work(room%chosen, room%course%strain_changes, matrix)
     matrix = -matrix
     do i = 1, size(step)
       matrix(i, i) = matrix(i, i) + 1
@@ -566,6 +688,22 @@ contains
     step = 0
     if (is_found) step = -lu%solve(residual)
   end subroutine find_step
+
+  !> Finds what changes with the amplitudes.
+  subroutine find_course(self, room)
+    class(inelastic_model_t), intent(in) :: self
+    type(inelastic_room_t), intent(inout) :: room
+
+    associate (course => room%course)
+      call self%contact%unknown_changes(room%contact, room%reduced%answer, self%mode_openings, course%unknown_changes, &
+        course%is_known)
+      call self%chosen%change_of_strains(course%unknown_changes, course%strain_changes)
+      course%is_known = course%is_known .and. course%has_start
+      if (.not. course%is_known) return
+      course%opening_changes = self%mode_openings
+      call self%contact%opening_changes(room%contact, course%unknown_changes, course%opening_changes)
+    end associate
+  end subroutine find_course
 
   !> Evaluates the laws at more points, and solves for the contact forces under the inelastic strains of these. Where the states of
   !> all points are wanted, it finds these, too.
@@ -578,8 +716,7 @@ contains
 
     call update_points(self%check, room%check, is_solved)
     call self%check%work_on_contact(room%check, room%corrected%openings)
-    call self%contact%start_from_set(room%corrected%room, room%reduced%answer%unknowns > 0)
-    call solve_contact(self, room%corrected)
+    call solve_contact(self, room%contact, room%corrected)
     reason = room%corrected%answer%reason
     if (room%has_points .and. self%check%n_points() == self%all%n_points()) then
       room%all%states = room%check%states

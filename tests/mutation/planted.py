@@ -1310,6 +1310,32 @@ PLANTED = [
     ),
     Planted(
         SRC + "online/inelastic_model.f90",
+        "call multiply(1.0_rk, course%strain_changes, step",
+        "call multiply(0.9_rk, course%strain_changes, step",
+        "strains follow the amplitudes by too little",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "online/inelastic_model.f90",
+        "is_valid = all(merge(unknowns > 0, openings >= 0, course%is_closed))",
+        "is_valid = all(unknowns > 0 .or. .not. course%is_closed)",
+        "contact does not close on the way",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "dense/lcp_types.f90",
+        "workspace%factors(n, :n_columns) = workspace%factors(i, :n_columns)",
+        "workspace%factors(n, :n_columns) = workspace%factors(n, :n_columns)",
+        "rows that stay in a set keep the factor of others",
+    ),
+    Planted(
+        SRC + "dense/dense_factors.c",
+        "take_square(n_2, n_columns, a + n_columns, lda, second, lda);",
+        "take_square(n_2 - 1, n_columns, a + n_columns, lda, second, lda);",
+        "the last row of an extended factor is that of another matrix",
+    ),
+    Planted(
+        SRC + "online/inelastic_model.f90",
         "room%dt = dt",
         "room%dt = dt / 2",
         "creep takes half of the time",
