@@ -1316,13 +1316,6 @@ PLANTED = [
         "verification.test_inelastic_model$",
     ),
     Planted(
-        SRC + "online/inelastic_model.f90",
-        "is_valid = all(merge(unknowns > 0, openings >= 0, course%is_closed))",
-        "is_valid = all(unknowns > 0 .or. .not. course%is_closed)",
-        "contact does not close on the way",
-        "verification.test_inelastic_model$",
-    ),
-    Planted(
         SRC + "dense/lcp_types.f90",
         "workspace%factors(n, :n_columns) = workspace%factors(i, :n_columns)",
         "workspace%factors(n, :n_columns) = workspace%factors(n, :n_columns)",
