@@ -31,8 +31,9 @@ module sig_condensed_plan
     logical :: has_modes = .false.
   end type displacement_plan_t
 
-  !> [MB] responses of all nodes up to this size are kept as they are; compression would gain little
-  real(rk), parameter :: small_size = 64
+  !> [MB] responses of all nodes, and strains at all points that correct, are kept as they are up to this size; compression would
+  !> gain little
+  real(rk), parameter, public :: small_size = 64
   !> largest number of references, which have a pivot transform each; more make queries hardly faster
   integer, parameter :: most_references = 32
   !> largest numbers of inelastic modes, and of main directions of the stresses of inelastic strains that count in training

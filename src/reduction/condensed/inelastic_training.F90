@@ -10,7 +10,7 @@ module sig_inelastic_training
   use sig_body_compliance, only: body_compliance_t
   use sig_compliance, only: compliance_point_t
   use sig_condensed, only: condensed_t
-  use sig_condensed_plan, only: most_modes, most_stresses
+  use sig_condensed_plan, only: most_modes, most_stresses, number_size, small_size
   use sig_condensed_model, only: condensed_model_t
   use sig_condensed_training, only: train_condensed
   use sig_contact_responses, only: close_rows, columns_at_once, measure_work
@@ -55,8 +55,9 @@ module sig_inelastic_training
   real(rk), parameter :: least_share = 1.0e-8_rk
   !> [-] tolerances with which points are chosen (sig_point_choice), one after the other; 0 = all points
   real(rk), parameter :: tolerances(4) = [1.0e-3_rk, 1.0e-4_rk, 1.0e-5_rk, 0.0_rk]
-  !> [-] tolerance of the points that correct
-  real(rk), parameter :: check_tolerance = 1.0e-5_rk
+  !> [-] tolerance of the points that correct, and what they may miss of all sums over the points: sig_point_choice fits only some
+  !> random sums of them where they are many
+  real(rk), parameter :: check_tolerance = 1.0e-5_rk, most_missed = 1.0e-3_rk
   !> [-] errors in training (measure_error) with which no further points are chosen, and for which not all points are taken; and by
   !> how much one error is much above another
   real(rk), parameter :: enough = 2.0e-3_rk, tolerable = 1.0e-2_rk, much_above = 1.5_rk
@@ -129,6 +130,9 @@ contains
       if (allocated(error)) return
       call reduce_points(problem, states, model)
       call compress_contact(problem, condensed%anchors%rows, model)
+      ! products with full matrices are faster as long as these are small
+      if (model%check%n_points() == model%all%n_points() .and. number_size * size(model%check%of_contact) > small_size) &
+        model%check = model%all
     end associate
     call move_alloc(model, part)
   end subroutine train_inelastic
@@ -503,11 +507,31 @@ contains
     if (.not. lu%is_singular) then
       of_closing = transpose(lu%solve(transpose(model%all%of_contact)))
       call choose_points(model%all, model%hooke, stresses, check_tolerance, shares, of_closing)
+      if (share_missed(of_closing, stresses, shares) > most_missed) shares = 1
     end if
     ! more than half of the points are not worth their error; where nothing flows in training, all must look whether something does
     if (2 * count(shares > 0) > size(shares) .or. .not. any(shares > 0)) shares = 1
     call take_points(model%all, shares, model%check)
   end subroutine choose_check_points
+
+  !> [-] Returns which share of the work of stresses on strains over all points chosen ones miss.
+  real(rk) function share_missed(strains, stresses, shares)
+    !> shapes (n_strains * n_points, n_columns) and (., n_directions)
+    real(rk), intent(in) :: strains(:, :)
+    real(rk), intent(in) :: stresses(:, :)
+    !> of each point, shape (n_points)
+    real(rk), intent(in) :: shares(:)
+    real(rk), allocatable :: missed(:, :)
+    integer :: i, n
+
+    missed = stresses
+    n = size(stresses, 1) / max(1, size(shares))
+    do i = 1, size(shares)
+      missed(n * (i - 1) + 1:n * i, :) = (1 - shares(i)) * missed(n * (i - 1) + 1:n * i, :)
+    end do
+    share_missed = norm2(transposed_product(strains, missed)) / &
+      max(tiny(1.0_rk), norm2(transposed_product(strains, stresses)))
+  end function share_missed
 
   !> Says how many modes and points there are, and the error that they make.
   subroutine report(model, error)
