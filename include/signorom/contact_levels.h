@@ -12,8 +12,9 @@
 PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat inverse, Vec mark);
 
 /* Sets T, which is kept as a reference, and holds the unknowns for which `is_free` is 0; it is 1 for all others.
- * `inverse`, that of T, is only read. Collective. */
-PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free);
+ * `inverse`, that of T, is only read. `springs` act between unknowns that T changes, at nodes of one contact; they are
+ * kept as a reference, always with the same pattern, and NULL is none. Collective. */
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free, Mat springs);
 
 /* Makes the smoothers estimate the bounds on their eigenvalues for the unknowns held now. has_new: whether they had
  * kept those of an earlier set; otherwise nothing changes. Collective. */

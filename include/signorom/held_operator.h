@@ -10,7 +10,14 @@
  * destroys it. */
 PetscErrorCode sig_held_operator_create(Mat stiffness, Mat *held);
 
-/* Sets T, which is kept as a reference, the diagonal of T' K T, and the unknowns that are held: `is_free` has 0 for
- * them and 1 for all others. */
+/* Makes it y = I (T' K T + E T' K T + S) I x + (1 - I) d x from now on; S and E are kept as references, and NULL is
+ * zero. */
+PetscErrorCode sig_held_operator_couple(Mat held, Mat springs, Mat coupling);
+
+/* Sets T, which is kept as a reference and NULL where it is the identity, the diagonal of T' K T + S, and the unknowns
+ * that are held: `is_free` has 0 for them and 1 for all others. */
 PetscErrorCode sig_held_operator_hold(Mat held, Mat transformation, Vec diagonal, Vec is_free);
+
+/* Makes another operator with the same K, T and d. The caller destroys it. */
+PetscErrorCode sig_held_operator_with_coupling(Mat held, Vec is_free, Mat springs, Mat coupling, Mat *coupled);
 #endif

@@ -25,10 +25,10 @@ int sig_linear_solver_change_unknowns(intptr_t ksp, intptr_t transformation, int
                                       int *reason, char *message);
 
 /* Makes the KSP solve with T' K T where the unknowns are held for which `is_free` has 0; it has 1 for all others. T =
- * `transformation` is kept as a reference, `inverse` is only read. `reason` and `message` are as for
- * sig_linear_solver_create. */
-int sig_linear_solver_hold(intptr_t ksp, intptr_t transformation, intptr_t inverse, intptr_t is_free, int *reason,
-                           char *message);
+ * `transformation` is kept as a reference, `inverse` is only read. `springs` is as in
+ * contact_levels.h, 0 for none. `reason` and `message` are as for sig_linear_solver_create. */
+int sig_linear_solver_hold(intptr_t ksp, intptr_t transformation, intptr_t inverse, intptr_t is_free, intptr_t springs,
+                           int *reason, char *message);
 
 /* Factors a matrix again after its entries changed within their pattern: MUMPS keeps its ordering. `reason` and
    `message` are as for sig_linear_solver_create. */
@@ -58,6 +58,17 @@ int sig_linear_solver_solve_many(intptr_t ksp, int n_columns, int n_local, const
    unless it has changed (sig_linear_solver_keep_factor). `reason` is SIG_LINEAR_DONE or SIG_LINEAR_FAILED. */
 int sig_linear_solver_solve(intptr_t ksp, intptr_t rhs, double tolerance, intptr_t solution, int *n_iterations,
                             int *reason);
+
+/* Solves I (A + E A + Z) I x = f by iterations with the preconditioner of the KSP, the last factor or multigrid: GMRES,
+ * or conjugate gradients without E = `coupling`. I keeps the free unknowns, for which `is_free` has 1, and Z =
+ * `springs`. A = `stiffness`; it is 0 with multigrid, which has A from sig_linear_solver_hold, for
+ * which other unknowns may be held. Starts from
+ * the solution given, and ends when the residual has fallen by `reduction`, or to the tightest tolerance times `size`,
+ * the size of f; it is measured where it is 0 on entry or `reduction` is 0. `reason` is SIG_LINEAR_DONE or
+ * SIG_LINEAR_FAILED. */
+int sig_linear_solver_solve_coupled(intptr_t ksp, intptr_t stiffness, intptr_t is_free, intptr_t springs,
+                                    intptr_t coupling, intptr_t rhs, double reduction, double *size, intptr_t solution,
+                                    int *n_iterations, int *reason);
 
 int sig_linear_solver_destroy(intptr_t *ksp);
 #endif

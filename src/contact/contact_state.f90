@@ -62,7 +62,7 @@ module sig_contact_state
     !> without an equilibrium: amplitudes of the free motion in which bodies slide or come off, up to a factor; shape (n_free), else
     !> not allocated
     real(rk), allocatable :: drift(:)
-    !> number of solutions that were found: with large coefficients of friction there may be several
+    !> number of solutions that were found: with large coefficients of friction there may be several; 0: they were not counted
     integer :: n_solutions = 1
     !> [force] forces of the supports on the prescribed dofs, 0 elsewhere; shape (n_dofs). Not set by measure_points
     real(rk), allocatable :: reactions(:)

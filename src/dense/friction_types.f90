@@ -17,7 +17,7 @@ module sig_friction_types
   implicit none(type, external)
   private
   public :: friction_contacts_t, friction_solution_t, friction_workspace_t, friction_unknown_t, kept_factors_t, law_exchange_t
-  public :: scale_projections, sum_up, project, length
+  public :: scale_projections, sum_up, project, project_contact, length
 
   !> states of a contact; a closed contact without friction slips
   integer, parameter, public :: contact_open = 0
@@ -186,6 +186,7 @@ module sig_friction_types
     type(lcp_solution_t) :: lcp_solution
   contains
     procedure :: reserve
+    procedure :: reserve_projections
   end type friction_workspace_t
 
 contains
@@ -265,6 +266,19 @@ contains
       end if
     end associate
   end subroutine reserve
+
+  !> Allocates only what `project` needs: w, the sizes of its terms, c, states, directions and softness. Requires: neither this nor
+  !> `reserve` was called before.
+  pure subroutine reserve_projections(self, contacts)
+    class(friction_workspace_t), intent(inout) :: self
+    type(friction_contacts_t), intent(in) :: contacts
+
+    associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
+      allocate (self%w(n), self%row_size(n), self%c(2, n_contacts), self%directions(2, n_contacts), source=0.0_rk)
+      allocate (self%states(n_contacts), source=contact_open)
+      allocate (self%softness(n_contacts), source=huge(1.0_rk))
+    end associate
+  end subroutine reserve_projections
 
   pure subroutine reserve_exchange(self, capacity)
     class(law_exchange_t), intent(inout) :: self

@@ -10,6 +10,7 @@ module sig_point_solver
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
   use sig_free_response, only: compute_lifting
+  use sig_friction_set, only: friction_set_t
   use sig_imposed_strain, only: strain_field_t
   use sig_kinds, only: rk
   use sig_log, only: log_info
@@ -88,7 +89,9 @@ contains
       PetscCall(self%system%create(comm, problem%mesh, body, problem%boundary, rows, ierr, problem%laws, n_times))
     end associate
     call self%terms%create(problem%terms, message)
-    PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, self%solver, ierr))
+    associate (n => problem%deck%solver%max_iterations, is_plain => problem%sizes%has_plain_contact)
+      PetscCall(choose_solver(plan, n, self%solver, ierr, is_plain))
+    end associate
     if (problem%flow%is_there()) then
       PetscCall(create_newton(self, problem, plan, ierr))
     else if (problem%has_fixed_stiffness) then
@@ -112,7 +115,9 @@ contains
     self%system%n_times = max(1, problem%deck%history%states%n_times())
     self%body = problem%body
     allocate (self%newton)
-    PetscCall(choose_solver(plan, problem%deck%solver%max_iterations, solver, ierr))
+    associate (n => problem%deck%solver%max_iterations, is_plain => problem%sizes%has_plain_contact)
+      PetscCall(choose_solver(plan, n, solver, ierr, is_plain))
+    end associate
     PetscCall(self%newton%create(self%system, problem%mesh, problem%body, problem%flow%laws, solver, ierr))
   end subroutine create_newton
 
@@ -341,7 +346,7 @@ contains
     before%points%imposed = 0
   end subroutine assume_start
 
-  !> Lets the solver count the solutions of steps with friction, or not.
+  !> Lets the solver count the solutions of steps with friction, if it can, and tell how far it is, or not.
   pure subroutine count_solutions(self, is_wanted)
     class(point_solver_t), intent(inout) :: self
     logical, intent(in) :: is_wanted
@@ -349,6 +354,8 @@ contains
     select type (solver => self%solver)
     type is (condensed_t)
       solver%counts_solutions = is_wanted
+    type is (friction_set_t)
+      solver%tells_progress = is_wanted
     end select
   end subroutine count_solutions
 

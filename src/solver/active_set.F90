@@ -19,7 +19,7 @@ module sig_active_set
   use petsc
   implicit none(type, external)
   private
-  public :: active_set_t, finish_state
+  public :: active_set_t, build_levels, find_residual, finish_state, unknown_force
 
   !> The contact solver `active_set`. Call create, then solve for any number of points, then destroy.
   type, extends(contact_solver_t) :: active_set_t
@@ -103,7 +103,7 @@ contains
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%rhs, ierr))
     self%linear_solver%is_multigrid = self%is_multigrid
     if (self%is_multigrid) then
-      PetscCall(build_levels(self, system, ierr))
+      PetscCall(build_levels(self%form, self%linear_solver, system, ierr))
     else
       PetscCall(create_matrices(self, system, ierr))
     end if
@@ -141,8 +141,10 @@ contains
   !> Builds the multigrid levels for K without contacts and supports. Each aggregate lies in one body, so that its rigid motions let
   !> bodies slide and separate. Every active set then uses these interpolations. If the levels cannot be made, only the reason of
   !> the linear solver stays. Collective.
-  subroutine build_levels(self, system, ierr)
-    type(active_set_t), intent(inout) :: self
+  subroutine build_levels(form, linear_solver, system, ierr)
+    type(bound_form_t), intent(in) :: form
+    !> with is_multigrid
+    type(linear_solver_t), intent(inout) :: linear_solver
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
     Mat :: transformation, inverse
@@ -150,18 +152,18 @@ contains
 
     PetscCall(set_near_null_space(system, system%stiffness, ierr))
     PetscCall(set_linear_interpolant(system, system%stiffness, ierr))
-    PetscCall(self%linear_solver%factor(system%stiffness, 'active_set_', ierr))
-    if (self%linear_solver%reason == reason_converged) then
+    PetscCall(linear_solver%factor(system%stiffness, 'active_set_', ierr))
+    if (linear_solver%reason == reason_converged) then
       all_rows = .true.
-      PetscCall(self%form%create_transformation(system, all_rows, .false., transformation, ierr))
-      PetscCall(self%form%create_transformation(system, all_rows, .true., inverse, ierr))
-      PetscCall(self%linear_solver%change_unknowns(system, transformation, inverse, ierr))
+      PetscCall(form%create_transformation(system, all_rows, .false., transformation, ierr))
+      PetscCall(form%create_transformation(system, all_rows, .true., inverse, ierr))
+      PetscCall(linear_solver%change_unknowns(system, transformation, inverse, ierr))
       PetscCall(MatDestroy(transformation, ierr))
       PetscCall(MatDestroy(inverse, ierr))
     end if
-    if (self%linear_solver%reason /= reason_converged) then
+    if (linear_solver%reason /= reason_converged) then
       ! its reason stays
-      PetscCall(self%linear_solver%destroy(ierr))
+      PetscCall(linear_solver%destroy(ierr))
     end if
   end subroutine build_levels
 
@@ -379,7 +381,7 @@ contains
     held = 0
     held(step%dofs) = step%values(step%dofs)
     call self%form%to_displacement(system, held, step%is_changed)
-    PetscCall(find_residual(self, system, step%forces, held, step%is_changed, forces, ierr))
+    PetscCall(find_residual(self%form, system, step%forces, held, step%is_changed, forces, ierr))
     forces(step%dofs) = 0
     PetscCall(system%put(-forces, self%rhs, ierr))
     if (self%linear_solver%ksp == 0) return
@@ -410,7 +412,7 @@ contains
     step%unknowns = self%displacement
     call self%form%to_unknowns(system, step%unknowns)
     all_rows = .true.
-    PetscCall(find_residual(self, system, step%forces, self%displacement, all_rows, step%residual, ierr))
+    PetscCall(find_residual(self%form, system, step%forces, self%displacement, all_rows, step%residual, ierr))
     step%multipliers = self%form%multipliers(step%residual)
     step%opening = self%form%bounds(system, step%theta) - step%unknowns(self%form%bounded_dofs)
     step%wanted = next_active_set(state%is_active, step%multipliers, -step%opening, maxval(abs(step%unknowns)), noise)
@@ -418,8 +420,8 @@ contains
   end subroutine improve
 
   !> Computes T' (K u - F), what a displacement leaves of the balance of forces on the unknowns. Collective.
-  subroutine find_residual(self, system, loads, displacement, is_changed, residual, ierr)
-    class(active_set_t), intent(in) :: self
+  subroutine find_residual(form, system, loads, displacement, is_changed, residual, ierr)
+    type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(inout) :: system
     !> [force] F, natural, shape (n_dofs)
     real(rk), intent(in) :: loads(:)
@@ -433,7 +435,7 @@ contains
 
     PetscCall(system%apply_stiffness(displacement, residual, ierr))
     residual = residual - loads
-    call self%form%to_forces_on_unknowns(system, residual, is_changed)
+    call form%to_forces_on_unknowns(system, residual, is_changed)
   end subroutine find_residual
 
   !> Solves the linear system of a step, and sets self%displacement. Collective.
@@ -514,7 +516,8 @@ contains
 
   !> Returns the largest force [force] that may be rounding: contact forces are what K u - F leaves at the nodes of closed pairs, so
   !> they are known up to what it leaves where it should be zero, ten times to be safe, and up to rounding of its terms. The largest
-  !> sum of a row of K stands for those at the contacts, which are often ten times smaller. Other arguments: finish_state.
+  !> sum of a row of K stands for those at the contacts, which are often ten times smaller. is_closed: rows of closed contacts.
+  !> Other arguments: finish_state.
   pure real(rk) function unknown_force(form, system, theta, displacement, residual, is_closed)
     type(bound_form_t), intent(in) :: form
     type(contact_system_t), intent(in) :: system

@@ -10,13 +10,18 @@
 !> orthogonal.
 !>
 !> The owner of a row may be part of other rows, which have owners of their own: a corner of quadratic faces, and the mid-side nodes
-!> beside it. These rows change their unknowns first, as if the corner were shared; then the corner's own row is alone with it.
-!> With T_1 of the former and T_2 of the latter T = T_1 T_2, because T_2 moves only what T_1 takes as given.
+!> beside it. These rows change their unknowns first, as if the corner were shared; then the corner's own row is alone with it. With
+!> T_1 of the former and T_2 of the latter T = T_1 T_2, because T_2 moves only what T_1 takes as given.
+!>
+!> A contact with friction or a tie has tangential rows beside its normal row, on the same dofs. They change their unknowns one
+!> after the other, the normal row first: each row is written in the unknowns that the rows before have left, where those that they
+!> took count as shared. All rows of a contact change their unknowns, or none.
 module sig_bound_form
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
   use sig_petsc_support, only: create_pattern_of => create_matrix, precondition_failed
+  use sig_rounding, only: dependent
   use petsc
   implicit none(type, external)
   private
@@ -27,9 +32,11 @@ module sig_bound_form
   type :: bound_form_t
     !> [-] |B_k| on the row's own free dofs, shape (n_rows)
     real(rk), allocatable :: norms(:)
-    !> level of each row: rows of one level change their unknowns together, 1 = first; shape (n_rows)
+    !> level of each contact, whose number is that of its normal row: rows of one level change their unknowns together, 1 = first;
+    !> shape (n_contacts)
     integer, allocatable :: levels(:)
-    !> rows sorted by their level, lowest first: T' and T^-1 treat the rows in this order, T in the opposite one; shape (n_rows)
+    !> rows sorted by the level of their contact, lowest first, those of a contact together: T' and T^-1 treat the rows in this
+    !> order, T in the opposite one; shape (n_rows)
     integer, allocatable :: order(:)
     !> natural dof whose place the bounded unknown of row k takes, shape (n_rows)
     integer, allocatable :: bounded_dofs(:)
@@ -51,8 +58,9 @@ module sig_bound_form
 contains
 
   !> Prepares T for a system. T gives the displacement u = T x from unknowns x in which each contact row is an upper bound of one
-  !> unknown. Requires: each contact row has a coefficient other than 0 on a free dof of a node that no other row of its level or of
-  !> a higher one meets; otherwise ierr is set. Local.
+  !> unknown. Requires: each normal row has a coefficient other than 0 on a free dof of a node that no other one of its level or of
+  !> a higher one meets; otherwise ierr is set. A tangential row for which such nodes have too few free dofs gets the norm 0, and T
+  !> is of no use. Local.
   subroutine create(self, system, ierr)
     class(bound_form_t), intent(out) :: self
     type(contact_system_t), intent(in) :: system
@@ -60,7 +68,7 @@ contains
 
     ierr = 0
     call set_reflectors(self, system)
-    SIG_CHECK(all(self%norms > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
+    SIG_CHECK(all(self%norms(:system%laws%n_contacts) > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
   end subroutine create
 
   !> Makes T or its inverse as a matrix, with a factor for each level: T = T_1 T_2 ..., T^-1 = ... T_2^-1 T_1^-1; the identity
@@ -68,7 +76,7 @@ contains
   subroutine create_transformation(self, system, is_changed, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    !> rows that change their unknowns, shape (n_rows)
+    !> rows that change their unknowns, all or none of a contact, shape (n_rows)
     logical, intent(in) :: is_changed(:)
     logical, intent(in) :: is_inverse
     Mat, intent(out) :: matrix
@@ -125,43 +133,88 @@ contains
   end subroutine renew_matrix
 
   !> Sets levels, order, norms, bounded dofs, v and s of all rows. A row without coefficients on free dofs of its own gets the norm
-  !> 0 and no bounded dof.
+  !> 0 and no bounded dof, as does a tangential row that depends on the rows of its contact before it.
   pure subroutine set_reflectors(self, system)
     class(bound_form_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
-    real(rk), allocatable :: direction(:)
-    logical, allocatable :: is_own(:), is_free(:)
-    real(rk) :: length
-    integer :: i, i_level, k, place
+    integer, allocatable :: contacts(:)
+    logical, allocatable :: is_own(:)
+    integer :: i, i_level, k
 
-    associate (rows => system%rows)
-      allocate (self%norms(rows%n_rows), self%bounded_dofs(rows%n_rows))
+    associate (rows => system%rows, laws => system%laws)
+      allocate (self%norms(rows%n_rows), source=0.0_rk)
+      allocate (self%bounded_dofs(rows%n_rows), source=0)
       allocate (self%reflectors(size(rows%dofs)), self%shares(size(rows%dofs)), source=0.0_rk)
-      call rank_rows(rows, system%map%n_dofs / rows%n_dim, self%levels, self%order)
+      call rank_rows(rows%select([(k, k=1, laws%n_contacts)]), system%map%n_dofs / rows%n_dim, self%levels, contacts)
+      self%order = [(laws%rows_of(contacts(i)), i=1, size(contacts))]
       i_level = 0
-      do i = 1, rows%n_rows
-        k = self%order(i)
+      do i = 1, size(contacts)
+        k = contacts(i)
         if (self%levels(k) > i_level) is_own = is_own_dof(self, system, self%levels(k))
         i_level = self%levels(k)
-        associate (dofs => rows%dofs_of(k), first => rows%offsets(k) + 1, last => rows%offsets(k + 1))
-          is_free = .not. system%boundary%is_prescribed(dofs)
-          direction = merge(rows%coefficients(first:last), 0.0_rk, is_free .and. is_own(dofs))
-          self%norms(k) = norm2(direction)
-          if (.not. self%norms(k) > 0) cycle
-          self%shares(first:last) = merge(rows%coefficients(first:last), 0.0_rk, is_free .and. .not. is_own(dofs)) / self%norms(k)
-          direction = direction / self%norms(k)
+        associate (dofs => rows%dofs_of(k))
+          call reflect_contact(self, system, k, is_own(dofs) .and. .not. system%boundary%is_prescribed(dofs))
+        end associate
+      end do
+    end associate
+  end subroutine set_reflectors
+
+  !> Does the work of set_reflectors for contact k.
+  pure subroutine reflect_contact(self, system, k, is_own)
+    class(bound_form_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    integer, intent(in) :: k
+    !> free dofs of its own, shape (dofs of a row)
+    logical, intent(in) :: is_own(:)
+    real(rk) :: coefficients(size(is_own)), direction(size(is_own)), length
+    logical :: is_left(size(is_own))
+    integer :: i, j, place
+
+    is_left = is_own
+    associate (rows => system%laws%rows_of(k), offsets => system%rows%offsets, dofs => system%rows%dofs_of(k))
+      do i = 1, size(rows)
+        coefficients = merge(0.0_rk, system%rows%coefficients_of(rows(i)), system%boundary%is_prescribed(dofs))
+        length = norm2(coefficients)
+        do j = 1, i - 1
+          if (.not. self%norms(rows(j)) > 0) cycle
+          call to_covector(self, offsets(rows(j)), findloc(dofs, self%bounded_dofs(rows(j)), dim=1), coefficients)
+        end do
+        direction = merge(coefficients, 0.0_rk, is_left)
+        if (.not. norm2(direction) > merge(0.0_rk, dependent * length, i == 1)) cycle
+        self%norms(rows(i)) = norm2(direction)
+        associate (first => offsets(rows(i)) + 1, last => offsets(rows(i)) + size(dofs))
+          self%shares(first:last) = merge(0.0_rk, coefficients, is_left) / self%norms(rows(i))
+          direction = direction / self%norms(rows(i))
           place = maxloc(abs(direction), dim=1)
-          self%bounded_dofs(k) = dofs(place)
+          self%bounded_dofs(rows(i)) = dofs(place)
+          is_left(place) = .false.
           direction(place) = direction(place) - 1
           length = norm2(direction)
           if (length > 0) self%reflectors(first:last) = direction / length
         end associate
       end do
     end associate
-  end subroutine set_reflectors
+  end subroutine reflect_contact
 
-  !> Finds the levels of the rows. Level 1: rows whose owner no other row meets. Level 2: rows whose owner no other row meets except
-  !> those of level 1; and so on.
+  !> Writes a row of a contact in the unknowns that an earlier one of its rows leaves: T' of this row times the coefficients.
+  pure subroutine to_covector(self, offset, place, coefficients)
+    class(bound_form_t), intent(in) :: self
+    !> of the earlier row
+    integer, intent(in) :: offset
+    !> of its bounded dof among its dofs
+    integer, intent(in) :: place
+    real(rk), intent(inout) :: coefficients(:)
+
+    associate (last => offset + size(coefficients))
+      associate (v => self%reflectors(offset + 1:last), s => self%shares(offset + 1:last))
+        coefficients = coefficients - 2 * v * dot_product(v, coefficients)
+        coefficients = coefficients - s * coefficients(place)
+      end associate
+    end associate
+  end subroutine to_covector
+
+  !> Finds the levels of the normal rows. Level 1: rows whose owner no other row meets. Level 2: rows whose owner no other row meets
+  !> except those of level 1; and so on.
   !>
   !> If rows remain for which this gives no level, they all get one last level. create refuses such a row, unless it has
   !> coefficients on free dofs of another node that no other row of this level meets.
@@ -201,7 +254,7 @@ contains
     integer :: k, n(system%map%n_dofs / system%map%n_dim)
 
     n = 0
-    do k = 1, system%rows%n_rows
+    do k = 1, system%laws%n_contacts
       if (self%levels(k) < i_level) cycle
       associate (nodes => system%rows%nodes_of(k))
         n(nodes) = n(nodes) + 1
@@ -210,8 +263,8 @@ contains
     is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
   end function is_own_dof
 
-  !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact row of a
-  !> level. The rows of a block are the contact row's own dofs (is_own_dof), its columns all dofs of the contact row. Collective.
+  !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact of a
+  !> level. The rows of a block are the contact's own dofs (is_own_dof), its columns all dofs of its rows. Collective.
   subroutine assemble(self, system, i_level, is_changed, is_inverse, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -232,12 +285,13 @@ contains
       do i = map%first_dof_0, map%first_dof_0 + map%n_local_dofs - 1
         PetscCall(MatSetValue(matrix, i, i, 1.0_rk, ADD_VALUES, ierr))
       end do
-      do k = 1, rows%n_rows
+      do k = 1, system%laws%n_contacts
         if (self%levels(k) /= i_level) cycle
         dofs_0 = map%distributed_0(rows%dofs_of(k))
         own = pack([(i, i=1, size(dofs_0))], is_own(rows%dofs_of(k)) .and. dofs_0 >= map%first_dof_0 .and. &
           dofs_0 < map%first_dof_0 + map%n_local_dofs)
-        block = transpose(block_of_row(self, system, k, own, is_inverse))
+        if (size(own) == 0) cycle
+        block = transpose(block_of_contact(self, system, k, own, is_inverse))
         if (.not. is_changed(k)) block = 0
         PetscCall(MatSetValues(matrix, size(own), dofs_0(own), size(dofs_0), dofs_0, block, ADD_VALUES, ierr))
       end do
@@ -246,33 +300,44 @@ contains
     PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY, ierr))
   end subroutine assemble
 
-  !> Returns the block of a row in T, or in its inverse, without the identity: -2 v v' - q s', or -2 v v' + e_j s', with v of
-  !> `reflectors`, s of `shares`, the unit vector e_j of the bounded dof and q = (I - 2 v v') e_j; shape (size(own), dofs of the
-  !> row).
-  pure function block_of_row(self, system, k, own, is_inverse) result(block)
+  !> Returns the block of a contact in T, or in its inverse, without the identity; shape (size(own), dofs of a row).
+  pure function block_of_contact(self, system, k, own, is_inverse) result(block)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
-    !> row, 1-based
     integer, intent(in) :: k
-    !> dofs of the row that belong to the block, 1-based in the row
+    !> dofs of the contact that belong to the block, 1-based in its rows
     integer, intent(in) :: own(:)
     logical, intent(in) :: is_inverse
     real(rk), allocatable :: block(:, :)
-    real(rk), allocatable :: lever(:)
+    real(rk), allocatable :: columns(:, :)
+    integer :: i, place
 
-    associate (first => system%rows%offsets(k) + 1, last => system%rows%offsets(k + 1))
-      associate (v => self%reflectors(first:last), s => self%shares(first:last), &
-        e => merge(1.0_rk, 0.0_rk, system%rows%dofs_of(k) == self%bounded_dofs(k)))
-        lever = e
-        if (.not. is_inverse) lever = 2 * v * dot_product(v, e) - e
-        block = -2 * spread(v(own), 2, size(v)) * spread(v, 1, size(own)) + &
-          spread(lever(own), 2, size(v)) * spread(s, 1, size(own))
-      end associate
+    associate (rows => system%laws%rows_of(k), dofs => system%rows%dofs_of(k))
+      allocate (columns(size(dofs), size(dofs)), source=0.0_rk)
+      do i = 1, size(dofs)
+        columns(i, i) = 1
+      end do
+      do i = 1, size(rows)
+        associate (row => rows(merge(i, size(rows) + 1 - i, is_inverse)))
+          place = findloc(dofs, self%bounded_dofs(row), dim=1)
+          associate (first => system%rows%offsets(row) + 1, last => system%rows%offsets(row + 1))
+            associate (v => self%reflectors(first:last), s => self%shares(first:last))
+              if (is_inverse) columns = columns - 2 * spread(v, 2, size(v)) * spread(matmul(v, columns), 1, size(v))
+              columns(place, :) = columns(place, :) + merge(1, -1, is_inverse) * matmul(s, columns)
+              if (.not. is_inverse) columns = columns - 2 * spread(v, 2, size(v)) * spread(matmul(v, columns), 1, size(v))
+            end associate
+          end associate
+        end associate
+      end do
+      do i = 1, size(dofs)
+        columns(i, i) = columns(i, i) - 1
+      end do
     end associate
-  end function block_of_row
+    block = columns(own, :)
+  end function block_of_contact
 
   !> Creates an empty matrix with memory for the diagonal block of each node and, at a row's own nodes (is_own), for blocks with all
-  !> nodes of this row. Counts the rows of this level only. Collective.
+  !> nodes of this row. Counts the contacts of this level only. Collective.
   subroutine create_pattern(self, system, i_level, is_own, matrix, ierr)
     class(bound_form_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
@@ -288,7 +353,7 @@ contains
     associate (map => system%map, rows => system%rows)
       allocate (diagonal(map%n_local_dofs / map%n_dim), source=1)
       allocate (off_diagonal(size(diagonal)), source=0)
-      do k = 1, rows%n_rows
+      do k = 1, system%laws%n_contacts
         if (self%levels(k) /= i_level) cycle
         associate (dofs => rows%dofs(rows%offsets(k) + 1:rows%offsets(k + 1):map%n_dim))
           places = [(map%local_index(dofs(i)), i=1, size(dofs))]

@@ -11,6 +11,7 @@
 //
 //     M' K M = P' K P - D_J' (K P)_J - (K P)_J' D_J + D_J' K_JJ D_J .
 //
+// Springs between unknowns at contacts, x' Z x / 2, add (S F)_J' Z_JJ (S F)_J, whose entries are some of D_J' K_JJ D_J.
 // A change of held unknowns costs as much as contacts and supports are large, whatever the size of the bodies. The
 // same holds for the diagonal of T' K T, because T differs from the identity in T_JJ alone.
 typedef struct {
@@ -23,6 +24,7 @@ typedef struct {
   Mat free, held, change;     // F_J, (1 - S)_JJ F_J, D_J
   Mat interpolation;          // S F
   Mat mixed, transposed, own; // D_J' (K P)_J, its transpose, D_J' K_JJ D_J
+  Mat moved, springs, sprung; // (S F)_J, Z_JJ, (S F)_J' Z_JJ (S F)_J; the last two are NULL without springs
   Mat all_free, coarse;       // P' K P, M' K M
   PetscBool is_kept;          // whether the smoothers keep bounds that were estimated for other matrices
 } Levels;
@@ -36,7 +38,8 @@ static PetscErrorCode destroy_levels(void *pointer) {
   Mat *matrices[] = {&levels->transformation, &levels->inverse,  &levels->stiffness,  &levels->product,
                      &levels->fixed,          &levels->forces,   &levels->free,       &levels->held,
                      &levels->change,         &levels->mixed,    &levels->transposed, &levels->own,
-                     &levels->interpolation,  &levels->all_free, &levels->coarse};
+                     &levels->interpolation,  &levels->all_free, &levels->coarse,     &levels->moved,
+                     &levels->springs,        &levels->sprung};
 
   for (size_t i = 0; i < sizeof matrices / sizeof *matrices; i++) PetscCall(MatDestroy(matrices[i]));
   PetscCall(VecDestroy(&levels->diagonal));
@@ -124,23 +127,22 @@ static PetscErrorCode change_motions(Levels *levels, Vec held_part, MatReuse reu
 static PetscErrorCode set_boundary_rows(Levels *levels) {
   const PetscInt *rows;
   PetscInt n, first;
-  Mat difference;
 
-  PetscCall(MatDuplicate(levels->free, MAT_COPY_VALUES, &difference));
-  PetscCall(MatAXPY(difference, -1.0, levels->held, SAME_NONZERO_PATTERN));
-  PetscCall(MatGetOwnershipRange(difference, &first, NULL));
+  if (!levels->moved) PetscCall(MatDuplicate(levels->free, MAT_DO_NOT_COPY_VALUES, &levels->moved));
+  PetscCall(MatCopy(levels->free, levels->moved, SAME_NONZERO_PATTERN));
+  PetscCall(MatAXPY(levels->moved, -1.0, levels->held, SAME_NONZERO_PATTERN));
+  PetscCall(MatGetOwnershipRange(levels->moved, &first, NULL));
   PetscCall(ISGetLocalSize(levels->boundary, &n));
   PetscCall(ISGetIndices(levels->boundary, &rows));
   for (PetscInt i = 0; i < n; i++) {
     PetscInt n_columns;
     const PetscInt *columns;
     const PetscScalar *values;
-    PetscCall(MatGetRow(difference, first + i, &n_columns, &columns, &values));
+    PetscCall(MatGetRow(levels->moved, first + i, &n_columns, &columns, &values));
     PetscCall(MatSetValues(levels->interpolation, 1, &rows[i], n_columns, columns, values, INSERT_VALUES));
-    PetscCall(MatRestoreRow(difference, first + i, &n_columns, &columns, &values));
+    PetscCall(MatRestoreRow(levels->moved, first + i, &n_columns, &columns, &values));
   }
   PetscCall(ISRestoreIndices(levels->boundary, &rows));
-  PetscCall(MatDestroy(&difference));
   PetscCall(MatAssemblyBegin(levels->interpolation, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(levels->interpolation, MAT_FINAL_ASSEMBLY));
   return 0;
@@ -162,6 +164,23 @@ static PetscErrorCode project_boundary(Levels *levels, MatReuse reuse) {
   PetscCall(MatAXPY(levels->coarse, -1.0, levels->mixed, SUBSET_NONZERO_PATTERN));
   PetscCall(MatAXPY(levels->coarse, -1.0, levels->transposed, SUBSET_NONZERO_PATTERN));
   PetscCall(MatAXPY(levels->coarse, 1.0, levels->own, SUBSET_NONZERO_PATTERN));
+  return 0;
+}
+
+// Adds springs to M' K M, and to the diagonal.
+static PetscErrorCode add_springs(Levels *levels, Mat springs) {
+  const IS boundary = levels->boundary;
+  const MatReuse reuse = levels->springs ? MAT_REUSE_MATRIX : MAT_INITIAL_MATRIX;
+  Vec values;
+
+  PetscCall(MatCreateVecs(springs, &values, NULL));
+  PetscCall(MatGetDiagonal(springs, values));
+  PetscCall(VecAXPY(levels->diagonal, 1.0, values));
+  PetscCall(VecDestroy(&values));
+  if (!levels->coarse) return 0;
+  PetscCall(MatCreateSubMatrix(springs, boundary, boundary, reuse, &levels->springs));
+  PetscCall(MatPtAP(levels->springs, levels->moved, reuse, PETSC_DEFAULT, &levels->sprung));
+  PetscCall(MatAXPY(levels->coarse, 1.0, levels->sprung, SUBSET_NONZERO_PATTERN));
   return 0;
 }
 
@@ -256,21 +275,10 @@ PetscErrorCode sig_contact_levels_create(KSP ksp, Mat transformation, Mat invers
   return 0;
 }
 
-PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free) {
-  PC pc;
-  PetscInt n_levels;
-  Mat operator;
+// Computes S F and M' K M.
+static PetscErrorCode hold_coarse(Levels *levels, Vec is_free) {
   Vec part, held_part;
-  Levels *levels;
 
-  PetscCall(get_levels(ksp, &levels));
-  PetscCall(take_transformation(levels, transformation, inverse, MAT_REUSE_MATRIX));
-  PetscCall(KSPGetOperators(ksp, &operator, NULL));
-  PetscCall(sig_held_operator_hold(operator, transformation, levels->diagonal, is_free));
-  if (!levels->coarse) return 0;
-  // The largest eigenvalue of a level hardly depends on what is held: bounds for K serve all sets, until a solution
-  // fails with them.
-  if (!levels->is_kept) PetscCall(sig_smoother_bounds_keep(ksp, &levels->is_kept));
   PetscCall(VecGetSubVector(is_free, levels->boundary, &part));
   PetscCall(VecDuplicate(part, &held_part));
   PetscCall(VecSet(held_part, 1.0));
@@ -281,6 +289,26 @@ PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse,
   PetscCall(VecDestroy(&held_part));
   PetscCall(set_boundary_rows(levels));
   PetscCall(project_boundary(levels, MAT_REUSE_MATRIX));
+  return 0;
+}
+
+PetscErrorCode sig_contact_levels_hold(KSP ksp, Mat transformation, Mat inverse, Vec is_free, Mat springs) {
+  PC pc;
+  PetscInt n_levels;
+  Mat operator;
+  Levels *levels;
+
+  PetscCall(get_levels(ksp, &levels));
+  PetscCall(take_transformation(levels, transformation, inverse, MAT_REUSE_MATRIX));
+  if (levels->coarse) PetscCall(hold_coarse(levels, is_free));
+  if (springs) PetscCall(add_springs(levels, springs));
+  PetscCall(KSPGetOperators(ksp, NULL, &operator));
+  PetscCall(sig_held_operator_couple(operator, springs, NULL));
+  PetscCall(sig_held_operator_hold(operator, transformation, levels->diagonal, is_free));
+  if (!levels->coarse) return 0;
+  // The largest eigenvalue of a level hardly depends on what is held: bounds for K serve all sets, until a solution
+  // fails with them.
+  if (!levels->is_kept) PetscCall(sig_smoother_bounds_keep(ksp, &levels->is_kept));
   PetscCall(KSPGetPC(ksp, &pc));
   PetscCall(PCMGGetLevels(pc, &n_levels));
   PetscCall(project_further(pc, n_levels - 2, levels->coarse, MAT_REUSE_MATRIX));

@@ -2,7 +2,7 @@
 #include "signorom/held_operator.h"
 
 typedef struct {
-  Mat stiffness, transformation;
+  Mat stiffness, transformation, springs, coupling; // all but the first one may be NULL
   Vec diagonal, is_free;
   Vec unknowns, displacement, forces;
 } Held;
@@ -15,9 +15,18 @@ static PetscErrorCode multiply(Mat matrix, Vec x, Vec y) {
 
   PetscCall(MatShellGetContext(matrix, &held));
   PetscCall(VecPointwiseMult(held->unknowns, held->is_free, x));
-  PetscCall(MatMult(held->transformation, held->unknowns, held->displacement));
-  PetscCall(MatMult(held->stiffness, held->displacement, held->forces));
-  PetscCall(MatMultTranspose(held->transformation, held->forces, y));
+  if (held->transformation) {
+    PetscCall(MatMult(held->transformation, held->unknowns, held->displacement));
+    PetscCall(MatMult(held->stiffness, held->displacement, held->forces));
+    PetscCall(MatMultTranspose(held->transformation, held->forces, y));
+  } else {
+    PetscCall(MatMult(held->stiffness, held->unknowns, y));
+  }
+  if (held->coupling) {
+    PetscCall(VecCopy(y, held->forces));
+    PetscCall(MatMultAdd(held->coupling, held->forces, y, y));
+  }
+  if (held->springs) PetscCall(MatMultAdd(held->springs, held->unknowns, y, y));
   PetscCall(VecGetLocalSize(x, &n));
   PetscCall(VecGetArrayRead(held->diagonal, &d));
   PetscCall(VecGetArrayRead(held->is_free, &is_free));
@@ -46,6 +55,8 @@ static PetscErrorCode destroy(Mat matrix) {
   PetscCall(MatShellGetContext(matrix, &held));
   PetscCall(MatDestroy(&held->stiffness));
   PetscCall(MatDestroy(&held->transformation));
+  PetscCall(MatDestroy(&held->springs));
+  PetscCall(MatDestroy(&held->coupling));
   PetscCall(VecDestroy(&held->diagonal));
   PetscCall(VecDestroy(&held->is_free));
   PetscCall(VecDestroy(&held->unknowns));
@@ -76,17 +87,42 @@ PetscErrorCode sig_held_operator_create(Mat stiffness, Mat *matrix) {
   return 0;
 }
 
+// Takes a matrix, or NULL, in the place of another one.
+static PetscErrorCode replace(Mat *old, Mat matrix) {
+  if (matrix) PetscCall(PetscObjectReference((PetscObject)matrix));
+  PetscCall(MatDestroy(old));
+  *old = matrix;
+  return 0;
+}
+
+PetscErrorCode sig_held_operator_couple(Mat matrix, Mat springs, Mat coupling) {
+  Held *held;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(replace(&held->springs, springs));
+  PetscCall(replace(&held->coupling, coupling));
+  return 0;
+}
+
 PetscErrorCode sig_held_operator_hold(Mat matrix, Mat transformation, Vec diagonal, Vec is_free) {
   Held *held;
 
   PetscCall(MatShellGetContext(matrix, &held));
-  PetscCall(PetscObjectReference((PetscObject)transformation));
-  PetscCall(MatDestroy(&held->transformation));
-  held->transformation = transformation;
+  PetscCall(replace(&held->transformation, transformation));
   PetscCall(VecCopy(diagonal, held->diagonal));
   PetscCall(VecCopy(is_free, held->is_free));
   // It has changed: smoothers take its diagonal anew.
   PetscCall(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
   PetscCall(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+  return 0;
+}
+
+PetscErrorCode sig_held_operator_with_coupling(Mat matrix, Vec is_free, Mat springs, Mat coupling, Mat *coupled) {
+  Held *held;
+
+  PetscCall(MatShellGetContext(matrix, &held));
+  PetscCall(sig_held_operator_create(held->stiffness, coupled));
+  PetscCall(sig_held_operator_couple(*coupled, springs, coupling));
+  PetscCall(sig_held_operator_hold(*coupled, held->transformation, held->diagonal, is_free));
   return 0;
 }

@@ -13,7 +13,7 @@ module sig_linear_solver
   use petsc
   implicit none(type, external)
   private
-  public :: linear_solver_t, constrain, hold, set_near_null_space
+  public :: coupled_system_t, linear_solver_t, constrain, hold, set_near_null_space
 
   !> A linear solver for one matrix, or with multigrid for T' K T of many sets of held unknowns. Set is_multigrid, call factor, then
   !> the solve procedures, then destroy.
@@ -35,8 +35,22 @@ module sig_linear_solver
     procedure :: keep_factor
     procedure :: solve_many
     procedure :: solve_vector
+    procedure :: solve_coupled
     procedure :: destroy
   end type linear_solver_t
+
+  !> A linear system A x + E A x + Z x = f of free unknowns, where E and Z couple unknowns of a contact.
+  type :: coupled_system_t
+    !> A, only where K is factored; multigrid has its own
+    Mat :: stiffness
+    !> 1 for free unknowns, 0 for held ones
+    Vec :: is_free
+    !> Z [force/length], and E [-]; without E the system is symmetric
+    Mat :: springs
+    Mat :: coupling
+    logical :: has_springs = .false.
+    logical :: has_coupling = .false.
+  end type coupled_system_t
 
   !> values of linear_solver.h
   integer(c_int), parameter :: kind_cholesky = 1
@@ -64,9 +78,9 @@ module sig_linear_solver
       integer(c_int) :: status
     end function sig_linear_solver_change_unknowns
 
-    function sig_linear_solver_hold(ksp, transformation, inverse, is_free, reason, message) result(status) bind(c)
+    function sig_linear_solver_hold(ksp, transformation, inverse, is_free, springs, reason, message) result(status) bind(c)
       import :: c_char, c_int, c_intptr_t
-      integer(c_intptr_t), value :: ksp, transformation, inverse, is_free
+      integer(c_intptr_t), value :: ksp, transformation, inverse, is_free, springs
       integer(c_int), intent(out) :: reason
       character(kind=c_char), intent(out) :: message(*)
       integer(c_int) :: status
@@ -119,6 +133,16 @@ module sig_linear_solver
       integer(c_int), intent(out) :: n_iterations, reason
       integer(c_int) :: status
     end function sig_linear_solver_solve
+
+    function sig_linear_solver_solve_coupled(ksp, stiffness, is_free, springs, coupling, rhs, reduction, size_of_rhs, &
+      solution, n_iterations, reason) result(status) bind(c)
+      import :: c_double, c_int, c_intptr_t
+      integer(c_intptr_t), value :: ksp, stiffness, is_free, springs, coupling, rhs, solution
+      real(c_double), value :: reduction
+      real(c_double), intent(inout) :: size_of_rhs
+      integer(c_int), intent(out) :: n_iterations, reason
+      integer(c_int) :: status
+    end function sig_linear_solver_solve_coupled
 
     function sig_linear_solver_destroy(ksp) result(status) bind(c)
       import :: c_int, c_intptr_t
@@ -225,7 +249,7 @@ contains
 
   !> Makes a solver with multigrid solve T' K T x = f for the free unknowns x; held ones are zero. Sets the reason, as factor does.
   !> Requires: change_unknowns. Collective.
-  subroutine hold_unknowns(self, system, transformation, inverse, dofs, ierr)
+  subroutine hold_unknowns(self, system, transformation, inverse, dofs, ierr, springs)
     class(linear_solver_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     !> T, which the solver keeps, and its inverse
@@ -234,6 +258,9 @@ contains
     !> held unknowns, natural: prescribed dofs, or such that some T changes
     integer, intent(in) :: dofs(:)
     PetscErrorCode, intent(out) :: ierr
+    !> [force/length] between unknowns of a contact that T changes, always with the same pattern; default: none
+    Mat, intent(in), optional :: springs
+    integer(c_intptr_t) :: springs_or_none
     character(kind=c_char) :: message(message_size)
     integer(c_int) :: reason
     logical :: is_held(system%map%n_dofs)
@@ -243,7 +270,9 @@ contains
     is_held(dofs) = .true.
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, free_unknowns, ierr))
     PetscCall(system%put(merge(0.0_rk, 1.0_rk, is_held), free_unknowns, ierr))
-    ierr = sig_linear_solver_hold(self%ksp, transformation%v, inverse%v, free_unknowns%v, reason, message)
+    springs_or_none = 0
+    if (present(springs)) springs_or_none = springs%v
+    ierr = sig_linear_solver_hold(self%ksp, transformation%v, inverse%v, free_unknowns%v, springs_or_none, reason, message)
     call take_result(self, reason, 'the linear solver', from_c(message))
     PetscCall(VecDestroy(free_unknowns, ierr))
   end subroutine hold_unknowns
@@ -354,6 +383,36 @@ contains
     self%n_iterations = n_iterations
     call set_reason(self, reason)
   end subroutine solve_vector
+
+  !> Solves a coupled system by iterations, with the last factor or multigrid as preconditioner. They begin with the given solution.
+  !> Sets the reason and n_iterations. Requires: factor has succeeded; with multigrid hold_unknowns, for nearly the same held
+  !> unknowns. Collective.
+  subroutine solve_coupled(self, coupled, rhs, reduction, size_of_rhs, solution, ierr)
+    class(linear_solver_t), intent(inout) :: self
+    type(coupled_system_t), intent(in) :: coupled
+    !> [force] 0 for held unknowns
+    Vec, intent(in) :: rhs
+    !> [-] by which the residual falls; 0: to the tightest tolerance
+    real(rk), intent(in) :: reduction
+    !> size of the right-hand side, for the tightest tolerance; measured where it is 0, or reduction is
+    real(rk), intent(inout) :: size_of_rhs
+    !> in: start; out: the solution; 0 for held unknowns
+    Vec, intent(inout) :: solution
+    PetscErrorCode, intent(out) :: ierr
+    integer(c_int) :: n_iterations, reason
+    integer(c_intptr_t) :: coupling, springs, stiffness
+
+    stiffness = 0
+    springs = 0
+    coupling = 0
+    if (.not. self%is_multigrid) stiffness = coupled%stiffness%v
+    if (coupled%has_springs) springs = coupled%springs%v
+    if (coupled%has_coupling) coupling = coupled%coupling%v
+    ierr = sig_linear_solver_solve_coupled(self%ksp, stiffness, coupled%is_free%v, springs, coupling, rhs%v, reduction, &
+      size_of_rhs, solution%v, n_iterations, reason)
+    self%n_iterations = n_iterations
+    call set_reason(self, reason)
+  end subroutine solve_coupled
 
   !> Frees the solver; one that was not made is no error. The reason stays. Collective.
   subroutine destroy(self, ierr)

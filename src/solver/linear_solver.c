@@ -6,6 +6,7 @@
 #include "factorization.h"
 #include "option_defaults.h"
 #include "signorom/contact_levels.h"
+#include "signorom/held_operator.h"
 #include "signorom/petsc_support.h"
 #include "signorom/quadratic_levels.h"
 #include "signorom/symmetric_copy.h"
@@ -15,6 +16,11 @@
 enum { CHUNK = 64 };
 // Tightest relative tolerance in the energy norm: with it, contact forces agree with those of a factorization to 1e-8.
 static const double TIGHTEST = 1e-12;
+
+// The same with a factor as the preconditioner of a coupled solve, and by how much rounding may miss it.
+static const double TIGHTEST_COUPLED = 1e-14, NEARLY = 100.0;
+// Most iterations of a coupled solve, and how many directions it keeps.
+enum { MAX_GMRES_ITERATIONS = 500, GMRES_RESTART = 60 };
 
 // P'AP by way of AP takes half the time of PETSc's default for matrices of one process; those of several ranks have
 // other ways, with other names. It is an option, too, that a product reads when it is made.
@@ -117,11 +123,12 @@ int sig_linear_solver_change_unknowns(intptr_t handle, intptr_t transformation, 
   return 0;
 }
 
-int sig_linear_solver_hold(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t is_free, int *reason,
-                           char *message) {
+int sig_linear_solver_hold(intptr_t handle, intptr_t transformation, intptr_t inverse, intptr_t is_free,
+                           intptr_t springs, int *reason, char *message) {
   message[0] = '\0';
   sig_quiet_errors(message);
-  end_levels(sig_contact_levels_hold((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)is_free), reason);
+  end_levels(sig_contact_levels_hold((KSP)handle, (Mat)transformation, (Mat)inverse, (Vec)is_free, (Mat)springs),
+             reason);
   return 0;
 }
 
@@ -215,6 +222,118 @@ int sig_linear_solver_solve(intptr_t handle, intptr_t rhs, double tolerance, int
   } else {
     PetscCall(iterate(ksp, (Vec)rhs, tolerance, (Vec)solution, n_iterations, reason));
   }
+  return 0;
+}
+
+// Makes the operator of a coupled solve. Without `stiffness` the KSP has multigrid, which has the other parts.
+static PetscErrorCode couple(KSP ksp, Mat stiffness, Vec is_free, Mat springs, Mat coupling, Mat *coupled) {
+  Mat operator;
+
+  if (stiffness) {
+    Vec diagonal;
+    PetscCall(sig_held_operator_create(stiffness, coupled));
+    PetscCall(sig_held_operator_couple(*coupled, springs, coupling));
+    PetscCall(MatCreateVecs(stiffness, &diagonal, NULL));
+    PetscCall(MatGetDiagonal(stiffness, diagonal));
+    PetscCall(sig_held_operator_hold(*coupled, NULL, diagonal, is_free));
+    PetscCall(VecDestroy(&diagonal));
+  } else {
+    PetscCall(KSPGetOperators(ksp, NULL, &operator));
+    PetscCall(sig_held_operator_with_coupling(operator, is_free, springs, coupling, coupled));
+  }
+  return 0;
+}
+
+// Gives the size of M^-1 f, or the energy f' M^-1 f, from which tolerances count.
+static PetscErrorCode measure(PC pc, Vec rhs, PetscBool is_energy, PetscReal *size) {
+  Vec product;
+  PetscScalar energy;
+
+  PetscCall(VecDuplicate(rhs, &product));
+  PetscCall(PCApply(pc, rhs, product));
+  if (is_energy) {
+    PetscCall(VecDot(rhs, product, &energy));
+    *size = PetscSqrtReal(PetscAbsScalar(energy));
+  } else {
+    PetscCall(VecNorm(product, NORM_2, size));
+  }
+  PetscCall(VecDestroy(&product));
+  return 0;
+}
+
+static PetscErrorCode iterate_coupled(KSP ksp, PC pc, Vec rhs, double reduction, double tightest, Vec solution,
+                                      PetscBool is_symmetric, double *size, int *n_iterations, int *reason) {
+  PetscReal rest;
+  PetscInt count;
+  KSPConvergedReason ksp_reason;
+
+  PetscCall(KSPSetType(ksp, is_symmetric ? KSPCG : KSPGMRES));
+  if (is_symmetric) PetscCall(KSPSetNormType(ksp, KSP_NORM_NATURAL));
+  if (!is_symmetric) PetscCall(KSPGMRESSetRestart(ksp, GMRES_RESTART));
+  PetscCall(KSPSetInitialGuessNonzero(ksp, PETSC_TRUE));
+  PetscCall(KSPConvergedDefaultSetUIRNorm(ksp));
+  PetscCall(KSPSetUp(ksp));
+  if (*size <= 0.0 || reduction <= 0.0) PetscCall(measure(pc, rhs, is_symmetric, size));
+  PetscCall(KSPSetTolerances(ksp, reduction, tightest * *size, 1e15, MAX_GMRES_ITERATIONS));
+  PetscCall(KSPSolve(ksp, rhs, solution));
+  PetscCall(KSPGetConvergedReason(ksp, &ksp_reason));
+  PetscCall(KSPGetIterationNumber(ksp, &count));
+  PetscCall(KSPGetResidualNorm(ksp, &rest));
+  *n_iterations = (int)count;
+  // rounding may stop the iteration a little above the tightest tolerance
+  *reason = ksp_reason > 0 || rest <= NEARLY * tightest * *size ? SIG_LINEAR_DONE : SIG_LINEAR_FAILED;
+  return 0;
+}
+
+// Iterates, and once more from zero as try_twice does. `levels`: the KSP of the levels.
+static PetscErrorCode iterate_coupled_twice(KSP levels, KSP ksp, Vec rhs, double reduction, double tightest,
+                                            Vec solution, PetscBool is_symmetric, double *size, int *n_iterations,
+                                            int *reason) {
+  PetscBool has_new;
+  PC pc;
+
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(iterate_coupled(ksp, pc, rhs, reduction, tightest, solution, is_symmetric, size, n_iterations, reason));
+  if (*reason == SIG_LINEAR_DONE) return 0;
+  PetscCall(sig_contact_levels_estimate(levels, &has_new));
+  if (!has_new) return 0;
+  PetscCall(VecSet(solution, 0.0));
+  PetscCall(iterate_coupled(ksp, pc, rhs, reduction, tightest, solution, is_symmetric, size, n_iterations, reason));
+  return 0;
+}
+
+int sig_linear_solver_solve_coupled(intptr_t handle, intptr_t stiffness, intptr_t is_free, intptr_t springs,
+                                    intptr_t coupling, intptr_t rhs, double reduction, double *size, intptr_t solution,
+                                    int *n_iterations, int *reason) {
+  KSP ksp = (KSP)handle, outer;
+  PC pc;
+  Mat amat, pmat, coupled;
+  PetscBool reuses;
+  char message[SIG_MESSAGE_SIZE];
+
+  *n_iterations = 0;
+  PetscCall(couple(ksp, (Mat)stiffness, (Vec)is_free, (Mat)springs, (Mat)coupling, &coupled));
+  PetscCall(KSPGetPC(ksp, &pc));
+  PetscCall(KSPGetOperators(ksp, &amat, &pmat));
+  PetscCall(PetscObjectReference((PetscObject)amat));
+  PetscCall(PetscObjectReference((PetscObject)pmat));
+  PetscCall(PCGetReusePreconditioner(pc, &reuses));
+  PetscCall(PCSetReusePreconditioner(pc, PETSC_TRUE));
+  PetscCall(KSPCreate(PetscObjectComm((PetscObject)ksp), &outer));
+  PetscCall(KSPSetPC(outer, pc));
+  PetscCall(KSPSetOperators(outer, coupled, pmat));
+  sig_quiet_errors(message);
+  const PetscErrorCode status =
+      iterate_coupled_twice(ksp, outer, (Vec)rhs, reduction, stiffness ? TIGHTEST_COUPLED : TIGHTEST, (Vec)solution,
+                            coupling ? PETSC_FALSE : PETSC_TRUE, size, n_iterations, reason);
+  sig_loud_errors();
+  if (status != 0) *reason = SIG_LINEAR_FAILED;
+  PetscCall(KSPDestroy(&outer));
+  PetscCall(MatDestroy(&coupled));
+  PetscCall(KSPSetOperators(ksp, amat, pmat));
+  PetscCall(PCSetReusePreconditioner(pc, reuses));
+  PetscCall(MatDestroy(&amat));
+  PetscCall(MatDestroy(&pmat));
   return 0;
 }
 

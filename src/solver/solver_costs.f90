@@ -76,7 +76,11 @@ module sig_solver_costs
   !> [s] one iteration of conjugate gradients with multigrid, per entry of K and per dof
   real(rk), parameter :: iteration(2) = [4.5e-9_rk, 2.1e-7_rk]
   !> usual number of active sets of a point, and of iterations for each of them, in the plane and in space
-  integer, parameter :: sets = 8, iterations(2:3) = [15, 8]
+  integer, parameter, public :: sets = 8
+  integer, parameter :: iterations(2:3) = [15, 8]
+  !> the same of a time of a history with friction, which begins with the states of the time before: more sets, but fewer iterations
+  !> for each of them, together as much as so many sets
+  integer, parameter, public :: sets_of_friction = 4
   !> ratio of moduli from which on multigrid needs more iterations, in proportion to the root of what is beyond
   real(rk), parameter :: harmless_ratio = 100
   !> from one active set to the next a factor is made anew, or serves as the preconditioner of at most so many solves

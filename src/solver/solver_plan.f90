@@ -4,8 +4,8 @@ module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
   use sig_memory, only: memory_text
-  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, newton_cost, &
-    point_cost, problem_size_t, refactoring_cost, solves_cost, operator(+), times
+  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, newton_cost, point_cost, &
+    problem_size_t, refactoring_cost, sets, sets_of_friction, solves_cost, operator(+), times
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -36,8 +36,9 @@ module sig_solver_plan
 contains
 
   !> Chooses solver and linear solver: those of the deck, or for `auto` the fastest by prediction. message is allocated if the deck
-  !> asks for something that is not possible: condensed where its dense matrix has no room in the memory, snesvi where only contact
-  !> holds a body, or snesvi with gamg and a PETSc before 3.19. Otherwise it is not allocated.
+  !> asks for something that is not possible: condensed where its dense matrix has no room in the memory; snesvi with friction
+  !> or ties, where only contact holds a body, or with gamg and a PETSc before 3.19; with friction or ties where materials flow
+  !> another one than condensed. Otherwise it is not allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
     !> section solver of the deck
     type(solver_config_t), intent(in) :: config
@@ -52,7 +53,7 @@ contains
     factored = factorization_cost(sizes)
     plan%may_factor = config%linear /= 'gamg' .and. factored%bytes <= sizes%memory
     plan%why = 'as the deck says'
-    if (.not. sizes%has_plain_contact) then
+    if (.not. sizes%has_plain_contact .and. sizes%n_flow_points > 0) then
       call take_condensed(config, sizes, plan, message)
       return
     end if
@@ -61,7 +62,9 @@ contains
     if (config%type == 'condensed' .and. dense_bytes(sizes) > sizes%memory) then
       message = 'the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // ' for ' // &
         to_text(sizes%n_multipliers) // ' multipliers, and there is room for ' // memory_text(sizes%memory) // &
-        '; solver.type must be active_set, snesvi or auto'
+        '; solver.type must be active_set' // trim(merge(', snesvi', '        ', sizes%has_plain_contact)) // ' or auto'
+    else if (plan%type == 'snesvi' .and. .not. sizes%has_plain_contact) then
+      message = 'snesvi solves neither friction nor tied contacts; solver.type must be condensed, active_set or auto'
     else if (plan%type == 'snesvi' .and. sizes%is_floating) then
       message = 'snesvi cannot solve a problem in which contact alone holds a body; ' // &
         'solver.type must be active_set, condensed or auto'
@@ -70,8 +73,8 @@ contains
     end if
   end subroutine make_solver_plan
 
-  !> Takes the condensed solver, the only one for friction and ties. message: the deck asks for another one, or its matrix has no
-  !> room in the memory.
+  !> Takes the condensed solver, the only one for friction and ties where materials flow. message: the deck asks for another one, or
+  !> its matrix has no room in the memory.
   pure subroutine take_condensed(config, sizes, plan, message)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
@@ -80,16 +83,18 @@ contains
 
     plan%type = 'condensed'
     plan%linear = 'cholesky'
-    if (config%type == 'auto') plan%why = 'the one that solves friction and tied contacts, predicted ' // &
+    if (config%type == 'auto') plan%why = 'the one that solves friction and tied contacts where materials flow, predicted ' // &
       cost_text(sweep_cost(plan%type, plan%linear, sizes, max(1, sizes%n_points)))
     if (all(config%type /= [character(9) :: 'auto', 'condensed'])) then
-      message = config%type // ' solves neither friction nor tied contacts; solver.type must be condensed or auto'
+      message = config%type // ' solves neither friction nor tied contacts where materials flow; solver.type must be ' // &
+        'condensed or auto'
     else if (config%linear == 'gamg') then
-      message = 'friction and tied contacts need the condensed solver, which factors the stiffness; solver.linear must be ' // &
-        'cholesky or auto'
+      message = 'where materials flow, friction and tied contacts need the condensed solver, which factors the stiffness; ' // &
+        'solver.linear must be cholesky or auto'
     else if (dense_bytes(sizes) > sizes%memory) then
-      message = 'friction and tied contacts need the condensed solver, whose matrix takes ' // memory_text(dense_bytes(sizes)) // &
-        ' for ' // to_text(sizes%n_multipliers) // ' forces, and there is room for ' // memory_text(sizes%memory)
+      message = 'where materials flow, friction and tied contacts need the condensed solver, whose matrix takes ' // &
+        memory_text(dense_bytes(sizes)) // ' for ' // to_text(sizes%n_multipliers) // ' forces, and there is room for ' // &
+        memory_text(sizes%memory)
     end if
   end subroutine take_condensed
 
@@ -126,7 +131,7 @@ contains
     else if (type == 'condensed') then
       cost = condensed_cost(sizes) + times(n_points, point_cost(sizes))
     else if (linear == 'gamg') then
-      cost = multigrid_cost(sizes, n_points)
+      cost = multigrid_cost(sizes, n_points, merge(sets, sets_of_friction, sizes%has_plain_contact))
     else
       cost = refactoring_cost(sizes, n_points)
     end if

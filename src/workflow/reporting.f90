@@ -282,7 +282,11 @@ contains
       call report%add(key // 'friction/n_sticking', count(is_closed .and. .not. state%slips))
       call report%add(key // 'friction/n_slipping', count(state%slips))
       call report%add(key // 'friction/work', dot_product(state%multipliers, state%slip))
-      call report%add(key // 'friction/n_solutions', state%n_solutions)
+      if (state%n_solutions > 0) then
+        call report%add(key // 'friction/n_solutions', state%n_solutions)
+      else
+        call report%add(key // 'friction/n_solutions', 'not counted')
+      end if
     end associate
   end subroutine report_friction
 

@@ -148,11 +148,13 @@ def test_histories_are_sampled_whole(signorom, tmp_path):
     assert "sampled 32 points (32 were there)" in signorom("sample", write_deck(tmp_path), folder=tmp_path)
 
 
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
 @pytest.mark.parametrize(("share", "slides"), [(0.299, False), (0.301, True)])
-def test_sliding(signorom, tmp_path, share, slides):
+def test_sliding(signorom, tmp_path, share, slides, solver):
     """A low block slides as soon as the shear is more than mu P, and not before."""
     shear = f'"{share} * P"'
     changes = {
+        "training:": f"solver: {{type: {solver}}}\ntraining:",
         '"0.25 * P", "-0.25 * P", 0]': f"{shear}, 0, 0]",
         "output: {points: [{P: 4, mu: 0.8}, ": "output: {points: [",
     }
@@ -307,10 +309,13 @@ def test_memory(post, results):
     ("changes", "said"),
     [
         (
-            {"reduction: {fields: true}": "solver: {type: active_set}"},
-            "active_set solves neither friction nor tied",
+            {"reduction: {fields: true}": "solver: {type: snesvi}"},
+            "snesvi solves neither friction nor tied contacts; solver.type must be condensed, active_set or auto",
         ),
-        ({"reduction: {fields: true}": "solver: {linear: gamg}"}, "need the condensed solver, which factors"),
+        (
+            {"reduction: {fields: true}": "solver: {type: condensed, linear: gamg}"},
+            "hint: gamg goes with type: auto, active_set or snesvi",
+        ),
         (
             {"reduction: {fields: true}": "reduction: {method: hhr}"},
             "hyper-reduction solves for a part of the contacts",
@@ -324,7 +329,7 @@ def test_memory(post, results):
         ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
         ({"friction: mu": "initial_gap: 0.01, tied: true"}, "and tied exclude each other"),
     ],
-    ids=["active_set", "gamg", "hhr", "clusters", "negative", "nan", "tied", "tied gap"],
+    ids=["snesvi", "gamg", "hhr", "clusters", "negative", "nan", "tied", "tied gap"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
     """Exit code 2 and a sentence with its place before anything is solved."""
@@ -428,8 +433,9 @@ def test_units(signorom, tmp_path, results):
             assert 1e3 * forces_of(table, row, kind) == pytest.approx(forces_of(wanted, row, kind), abs=1e-10)
 
 
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
 @pytest.mark.parametrize(("moved", "apart"), [(0.0, 0.0), (0.25, 0.0), (0.0, 1e-3), (0.25, 1e-3)])
-def test_tied(signorom, tmp_path, moved, apart):
+def test_tied(signorom, tmp_path, moved, apart, solver):
     """Blocks whose nodes match or not hang together under a pull, as one bar of the height 2; nu = 0.
 
     Also where there is a gap between their meshes: tied, they do not close it.
@@ -438,9 +444,8 @@ def test_tied(signorom, tmp_path, moved, apart):
         "friction: mu": "tied: true",
         "poisson_ratio: 0.3": "poisson_ratio: 0",
         "pressure: load": "pressure: -load",
-        "loads: [": "loads: [",
         ", {boundary: top, traction: {x: shear}}": "",
-        "mu: {min: 0.3, max: 1}": "mu: {min: 0.3, max: 1}",
+        "training:": f"solver: {{type: {solver}}}\ntraining:",
     }
     deck = write_deck(tmp_path, **changes)
     mesh = stacked_blocks("Q4", 2, moved=moved)
@@ -468,9 +473,11 @@ def test_tied(signorom, tmp_path, moved, apart):
     assert max(read_table(there / "validation.csv")["e_lambda_all"]) < 1e-10
 
 
-def test_tied_along_the_normal(signorom, tmp_path):
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
+def test_tied_along_the_normal(signorom, tmp_path, solver):
     """Surfaces that only slip do not open under a pull, and no shear goes through."""
     changes = {
+        "training:": f"solver: {{type: {solver}}}\ntraining:",
         "friction: mu": "tied: normal",
         "pressure: load": "pressure: -load",
         "{boundary: top, traction: {x: shear}}": "{region: upper, body_force: {x: 1e-3 * shear}}",

@@ -40,10 +40,15 @@ SAME_SOLUTION = 1e-8
 BALANCE = 1e-9
 
 
-def compare_random(signorom, folder, figures, name, kind, friction, seed, ranks=(1,), n_increments=12):
-    """A random history by the program and by sweeps."""
+def compare_random(
+    signorom, folder, figures, name, kind, friction, seed, ranks=(1,), n_increments=12, linear=None
+):
+    """A random history by the program and by sweeps. `linear`: of the solver active_set, if that is asked for."""
     print("seed", seed)
     deck = write_random_deck(folder, kind, friction, seed, n_increments)
+    if linear:
+        deck.write_text(f"{deck.read_text()}solver: {{type: active_set, linear: {linear}}}\n")
+        name += f", active_set, {linear}"
     expected = Blocks(deck).history()
     assert len(np.unique(expected.states)) >= 2
     for n_ranks in ranks:
@@ -74,6 +79,24 @@ def test_random_blocks_in_space(signorom, tmp_path, figures, name, friction):
 def test_random_blocks_on_two_ranks(signorom, tmp_path, figures, name):
     """As on one rank."""
     compare_random(signorom, tmp_path, figures, name, (PLANE | SOLID)[name], 0.5, 3, ranks=(2,))
+
+
+@pytest.mark.parametrize("linear", ["cholesky", "gamg"])
+@pytest.mark.parametrize(
+    ("name", "friction"),
+    [("plane_stress, curved", 0.6), ("axisymmetric", 0.3), ("solid, curved", 0.4), ("solid, symmetric", 1.0)],
+)
+def test_random_blocks_by_sparse_systems(signorom, tmp_path, figures, name, friction, linear):
+    """Newton's method without the dense matrix."""
+    compare_random(signorom, tmp_path, figures, name, (PLANE | SOLID)[name], friction, 2, linear=linear)
+
+
+@pytest.mark.parametrize("linear", ["cholesky", "gamg"])
+def test_loose_block_by_sparse_systems(signorom, tmp_path, figures, linear):
+    """Held by friction alone, on one, two and three ranks."""
+    compare_random(
+        signorom, tmp_path, figures, "held by friction", LOOSE, 0.3, 1, (1, 2, 3), 6, linear=linear
+    )
 
 
 # corners of an element's mirror image
@@ -170,7 +193,9 @@ def test_half_of_a_symmetric_body(signorom, tmp_path, figures, element, tied):
 FLAT_RADIUS = 1e5
 
 
-def solve_against_obstacle(signorom, folder, n_dim, shape, obstacle_moves, law="friction: 0.3"):
+def solve_against_obstacle(
+    signorom, folder, n_dim, shape, obstacle_moves, law="friction: 0.3", solver="auto"
+):
     """A block that is pressed against a rough obstacle and rubs on it; either of them moves, the other one stands.
 
     The tables do not begin at 0: an obstacle moves by what they change since the time 0, and by no parameter.
@@ -212,25 +237,27 @@ history:
 materials: {{soft: {{regions: [block], young_modulus: 10, poisson_ratio: 0.3}}}}
 boundary_conditions: [{{boundary: bottom, displacement: {{{", ".join(held)}}}}}]
 contact: [{{first: face, obstacle: {{type: {shape}, {where}}}{direction}, {law}}}]
+solver: {{type: {solver}}}
 output: {{points: [{{place: 0.2, depth: 0.03}}, {{place: 0.9, depth: 0.02}}]}}
 """)
     signorom("solve", folder / "block.yaml", folder=folder)
     return folder / "block.yaml"
 
 
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
 @pytest.mark.parametrize("shape", ["half_space", "sphere"])
 @pytest.mark.parametrize("n_dim", [2, 3])
-def test_obstacle_that_moves(signorom, tmp_path, figures, n_dim, shape):
+def test_obstacle_that_moves(signorom, tmp_path, figures, n_dim, shape, solver):
     """It rubs as if it stood and the block moved; the work of its motion balances."""
     decks = [
-        solve_against_obstacle(signorom, tmp_path / name, n_dim, shape, name == "obstacle")
+        solve_against_obstacle(signorom, tmp_path / name, n_dim, shape, name == "obstacle", solver=solver)
         for name in ("obstacle", "block")
     ]
     moves, stands = (read_forces(deck) for deck in decks)
     assert np.abs(stands.tangential).max() > 0.2 * stands.normal.max()
     worst = largest_difference(moves, stands)
     allowed = {"half_space": SAME_SOLUTION, "sphere": 1e-4}[shape]
-    figures.at_most(f"{shape} that moves, {n_dim}D", "forces", worst, allowed, "the block moves")
+    figures.at_most(f"{shape} that moves, {n_dim}D, {solver}", "forces", worst, allowed, "the block moves")
     table = [read_table(results_of(deck) / "history.csv") for deck in decks]
     for name in ("contact_1_slip_share", "contact_1_dissipation"):
         np.testing.assert_allclose(table[0][name], table[1][name], rtol=allowed, atol=1e-12)
@@ -241,11 +268,12 @@ def test_obstacle_that_moves(signorom, tmp_path, figures, n_dim, shape):
     assert max(abs(point["work"]["gaps"]) for point in works) <= 1e-12
 
 
+@pytest.mark.parametrize("solver", ["condensed", "active_set"])
 @pytest.mark.parametrize("shape", ["half_space", "sphere"])
-def test_tied_obstacle_that_moves(signorom, tmp_path, shape):
+def test_tied_obstacle_that_moves(signorom, tmp_path, shape, solver):
     """It takes the face along, as a prescribed displacement of the face does; nothing opens."""
     deck = solve_against_obstacle(
-        signorom, tmp_path / "obstacle", 2, shape, obstacle_moves=True, law="tied: true"
+        signorom, tmp_path / "obstacle", 2, shape, obstacle_moves=True, law="tied: true", solver=solver
     )
     moved = read_displacements(deck, 2)
     table = read_table(results_of(deck) / "history.csv")
