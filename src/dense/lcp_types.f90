@@ -79,6 +79,8 @@ module sig_lcp_types
     logical :: is_symmetric = .false.
     !> the factors of the set are from Cholesky
     logical :: is_cholesky = .false.
+    !> indices of the set that the kept one does not have, shape (capacity)
+    logical, allocatable :: is_new(:)
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
     !> factors of the matrix of the set, indices of the set in their order, pivots, a right-hand side, signs for the estimate of the
@@ -114,12 +116,12 @@ contains
     integer, intent(in) :: n
 
     if (n <= self%capacity) return
-    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%history, self%factors, &
-      self%active, self%pivots, self%work, self%signs)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%is_new, self%history, &
+      self%factors, self%active, self%pivots, self%work, self%signs)
     if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
     self%capacity = n
     call self%forget_sets()
-    allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n))
+    allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n), self%is_new(n))
     allocate (self%history(n_words(n), max(usual_sets, n + 1) + 1))
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
@@ -218,10 +220,9 @@ contains
     !> number of indices that both sets have. Their rows of these columns have been moved
     integer, intent(out) :: n_rows
     integer, parameter :: step = 8
-    logical :: is_new(size(is_active))
     integer :: i, n
 
-    associate (active => workspace%active, n_kept => workspace%n_kept)
+    associate (active => workspace%active, n_kept => workspace%n_kept, is_new => workspace%is_new(:size(is_active)))
       n_columns = 0
       if (workspace%is_cholesky) then
         n_columns = n_kept
