@@ -30,7 +30,7 @@ module sig_inelastic_training
   use sig_mesh, only: mesh_t, nodes_of_cell
   use sig_cell_stiffness, only: cell_dofs
   use sig_petsc_support, only: broadcast_columns, multiply_block, sum_over_ranks
-  use sig_point_choice, only: choose_points
+  use sig_point_choice, only: choose_points, share_missed
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
   use sig_reasons, only: reason_converged
@@ -513,25 +513,6 @@ contains
     if (2 * count(shares > 0) > size(shares) .or. .not. any(shares > 0)) shares = 1
     call take_points(model%all, shares, model%check)
   end subroutine choose_check_points
-
-  !> [-] Returns which share of the work of stresses on strains over all points chosen ones miss.
-  real(rk) function share_missed(strains, stresses, shares)
-    !> shapes (n_strains * n_points, n_columns) and (., n_directions)
-    real(rk), intent(in) :: strains(:, :)
-    real(rk), intent(in) :: stresses(:, :)
-    !> of each point, shape (n_points)
-    real(rk), intent(in) :: shares(:)
-    real(rk), allocatable :: missed(:, :)
-    integer :: i, n
-
-    missed = stresses
-    n = size(stresses, 1) / max(1, size(shares))
-    do i = 1, size(shares)
-      missed(n * (i - 1) + 1:n * i, :) = (1 - shares(i)) * missed(n * (i - 1) + 1:n * i, :)
-    end do
-    share_missed = norm2(transposed_product(strains, missed)) / &
-      max(tiny(1.0_rk), norm2(transposed_product(strains, stresses)))
-  end function share_missed
 
   !> Says how many modes and points there are, and the error that they make.
   subroutine report(model, error)
