@@ -204,12 +204,12 @@ contains
     !> of its bounded dof among its dofs
     integer, intent(in) :: place
     real(rk), intent(inout) :: coefficients(:)
+    integer :: last
 
-    associate (last => offset + size(coefficients))
-      associate (v => self%reflectors(offset + 1:last), s => self%shares(offset + 1:last))
-        coefficients = coefficients - 2 * v * dot_product(v, coefficients)
-        coefficients = coefficients - s * coefficients(place)
-      end associate
+    last = offset + size(coefficients)
+    associate (v => self%reflectors(offset + 1:last), s => self%shares(offset + 1:last))
+      coefficients = coefficients - 2 * v * dot_product(v, coefficients)
+      coefficients = coefficients - s * coefficients(place)
     end associate
   end subroutine to_covector
 
