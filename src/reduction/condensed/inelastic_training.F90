@@ -492,7 +492,8 @@ contains
     logical :: is_valid
 
     call model%contact%compliance%create_point(point)
-    call model%contact%compliance%evaluate(states%theta(:, maxloc(norm2(states%forces, dim=1), dim=1)), point, is_valid)
+    i = maxloc(norm2(states%forces, dim=1), dim=1)
+    call model%contact%compliance%evaluate(states%theta(:, i), point, is_valid)
     compliance => model%contact%compliance%matrix(point)
     stiff = compliance
     associate (anchors => model%contact%compliance%anchors)

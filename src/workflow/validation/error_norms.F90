@@ -159,11 +159,12 @@ contains
     type(rooms_t) :: rooms
     type(field_values_t) :: answered, exact
     real(rk) :: multipliers(online%model%n_multipliers)
-    integer :: i
+    integer :: i, i_exact
 
     do i = 1, size(errors)
+      i_exact = size(errors) + i
       call take_flow(bodies%fields, answers(i), states(i), answered, exact)
-      call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, size(errors) + i), answered, exact, &
+      call compare_von_mises(bodies%fields, bodies%field_theta(:, i), fields(:, i), fields(:, i_exact), answered, exact, &
         errors(i)%von_mises_largest, errors(i)%von_mises)
       call reconstruct_multipliers(online, answers(i), rooms, multipliers)
       errors(i)%pressure = compare_pressures(bodies%fields%rows, online%model%n_nodes, &
