@@ -115,6 +115,9 @@ contains
     end do
     candidates%is_allowed = (config%type == 'auto' .or. candidates%type == config%type) .and. &
       (config%linear == 'auto' .or. candidates%linear == config%linear)
+    ! where only contact holds a body, contacts may change all at once, and condensed finds answers that active_set does not
+    if (.not. sizes%has_plain_contact .and. sizes%is_floating .and. config%type == 'auto' .and. candidates(1)%is_allowed) &
+      candidates(2:)%is_allowed = .not. has_room(candidates(1)%cost, sizes)
   end function candidates_of
 
   !> Returns the cost of the solutions at some points that share a stiffness, or of some states where materials flow.
