@@ -206,12 +206,12 @@ contains
     type(friction_workspace_t), intent(inout) :: workspace
     logical, intent(out) :: is_solved
     real(rk), allocatable, intent(in), optional :: inverse(:, :)
-    real(rk) :: swept(size(matrix, 1)), before(size(matrix, 1))
+    real(rk) :: swept(size(matrix, 1)), motions(contacts%n_motions)
     integer :: i_round
     logical :: is_swept
 
-    before = solution%lambda
-    swept = before
+    swept = solution%lambda
+    motions = swept(contacts%n_forces() + 1:)
     call set_start(matrix, f, contacts, solution, workspace)
     call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
     do i_round = 1, most_rounds
@@ -225,7 +225,7 @@ contains
       if (.not. is_swept) call try_newton(matrix, f, contacts, solution, workspace, is_solved, inverse)
       is_solved = is_solved .or. is_swept
       if (i_round == 1 .and. .not. is_solved) &
-        call lay_down(matrix, f, contacts, before(contacts%n_forces() + 1:), solution, workspace, is_solved)
+        call lay_down(matrix, f, contacts, motions, solution, workspace, is_solved)
     end do
     if (.not. is_solved) solution%lambda = swept
   end subroutine solve_from_start

@@ -164,16 +164,17 @@ contains
     real(rk), intent(in) :: until
     integer, intent(in) :: n
     real(rk), intent(in) :: growth
-    real(rk) :: times(n), lengths(n), passed
+    real(rk) :: times(n), lengths(n), passed, total
     integer :: i
 
     lengths = 1
     if (n > 1) lengths = [(growth**(real(i - 1, rk) / (n - 1)), i=1, n)]
+    total = sum(lengths)
     passed = 0
     do i = 1, n
       passed = passed + lengths(i)
-      ! where increments are equal, `passed` and the sum are whole numbers, and the times as exact as numbers can be
-      times(i) = start + (until - start) * passed / sum(lengths)
+      ! where increments are equal, `passed` and `total` are whole numbers, and the times as exact as numbers can be
+      times(i) = start + (until - start) * passed / total
     end do
     times(n) = until
   end function step_times
