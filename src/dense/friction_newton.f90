@@ -13,7 +13,7 @@ module sig_friction_newton
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: is_given, run_newton
+  public :: can_turn, is_given, run_newton, signs_of
 
   !> where directions change, the method ends after this number of steps in which the residual has not fallen by a tenth
   integer, parameter :: patience = 8
@@ -100,8 +100,7 @@ contains
 
     was_seen = .false.
     associate (n => contacts%n_contacts)
-      workspace%history(:n, i_step) = merge(-1, 1, workspace%states(:n) == contact_slips .and. workspace%directions(1, :n) < 0) * &
-        workspace%states(:n)
+      workspace%history(:n, i_step) = signs_of(workspace%states(:n), workspace%directions(:, :n))
       if (can_turn(contacts, workspace)) return
       do i = 1, i_step - 1
         was_seen = all(workspace%history(:n, i) == workspace%history(:n, i_step))
@@ -109,6 +108,16 @@ contains
       end do
     end associate
   end function was_seen
+
+  !> Returns the states, those of contacts that slip with the sign of their direction.
+  pure function signs_of(states, directions) result(signs)
+    integer, intent(in) :: states(:)
+    !> [-] shape (2, n_contacts)
+    real(rk), intent(in) :: directions(:, :)
+    integer :: signs(size(states))
+
+    signs = merge(-1, 1, states == contact_slips .and. directions(1, :) < 0) * states
+  end function signs_of
 
   !> Whether a contact slips in space, so that its direction may change from step to step.
   pure logical function can_turn(contacts, workspace)

@@ -24,6 +24,7 @@ module sig_dof_map
     integer, allocatable :: own_cells(:)
   contains
     procedure :: local_index
+    procedure :: count_blocks
   end type dof_map_t
 
 contains
@@ -69,4 +70,27 @@ contains
     local_index = self%distributed_0(dof) - self%first_dof_0 + 1
     if (local_index < 1 .or. local_index > self%n_local_dofs) local_index = 0
   end function local_index
+
+  !> Sets how many blocks a matrix has in the rows of some nodes, if it couples all of these: those of this rank's nodes, and the
+  !> others.
+  pure subroutine count_blocks(self, dofs, is_row, diagonal, off_diagonal)
+    class(dof_map_t), intent(in) :: self
+    !> a dof of each node, natural
+    integer, intent(in) :: dofs(:)
+    !> whether the node has such rows; shape as dofs
+    logical, intent(in) :: is_row(:)
+    !> of each local node, shape (n_local_dofs / n_dim)
+    integer, intent(inout) :: diagonal(:), off_diagonal(:)
+    integer :: i, i_node, places(size(dofs))
+
+    do i = 1, size(dofs)
+      places(i) = self%local_index(dofs(i))
+    end do
+    do i = 1, size(dofs)
+      if (places(i) == 0 .or. .not. is_row(i)) cycle
+      i_node = (places(i) - 1) / self%n_dim + 1
+      diagonal(i_node) = count(places > 0)
+      off_diagonal(i_node) = count(places == 0)
+    end do
+  end subroutine count_blocks
 end module sig_dof_map

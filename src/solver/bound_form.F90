@@ -347,8 +347,8 @@ contains
     logical, intent(in) :: is_own(:)
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
-    integer, allocatable :: diagonal(:), off_diagonal(:), places(:)
-    integer :: i, i_node, k
+    integer, allocatable :: diagonal(:), off_diagonal(:)
+    integer :: k
 
     associate (map => system%map, rows => system%rows)
       allocate (diagonal(map%n_local_dofs / map%n_dim), source=1)
@@ -356,13 +356,7 @@ contains
       do k = 1, system%laws%n_contacts
         if (self%levels(k) /= i_level) cycle
         associate (dofs => rows%dofs(rows%offsets(k) + 1:rows%offsets(k + 1):map%n_dim))
-          places = [(map%local_index(dofs(i)), i=1, size(dofs))]
-          do i = 1, size(dofs)
-            if (places(i) == 0 .or. .not. is_own(dofs(i))) cycle
-            i_node = (places(i) - 1) / map%n_dim + 1
-            diagonal(i_node) = count(places > 0)
-            off_diagonal(i_node) = count(places == 0)
-          end do
+          call map%count_blocks(dofs, is_own(dofs), diagonal, off_diagonal)
         end associate
       end do
       PetscCall(create_pattern_of(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))

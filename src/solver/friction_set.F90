@@ -10,6 +10,7 @@ module sig_friction_set
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
+  use sig_friction_newton, only: can_turn, signs_of
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_workspace_t, length, project, project_contact
   use sig_holding, only: is_last_hold, keep_hold, letting_go
   use sig_kinds, only: rk
@@ -332,7 +333,8 @@ contains
         return
       end if
       if (.not. reduction > 0 .and. is_same .and. any(unwilling)) exit
-      if (is_same .and. (reduction <= finer .or. residual <= near .or. .not. turns(system, memory%workspace))) then
+      if (is_same .and. (reduction <= finer .or. residual <= near .or. &
+        .not. can_turn(system%laws%friction_contacts_t, memory%workspace))) then
         reduction = 0
       else
         reduction = merge(finer, coarse, is_same .or. level > 1)
@@ -347,7 +349,7 @@ contains
       if (residual < fallen * lowest) i_lowest = i
       if (i - i_lowest >= patience .and. level == 1) exit
       lowest = min(lowest, residual)
-      seen = reshape([seen, signs_of(memory%workspace)], [size(seen, 1), size(seen, 2) + 1])
+      seen = reshape([seen, signs_of(memory%workspace%states, memory%workspace%directions)], [size(seen, 1), size(seen, 2) + 1])
       call change_worst(system, shares(level), memory, before)
       call keep_bodies(self, system, memory, before, unwilling)
     end do
@@ -392,14 +394,6 @@ contains
       one%directions(1, :) * other%directions(1, :) + one%directions(2, :) * other%directions(2, :) < 0)
   end function same_states
 
-  !> Returns the states, of slips with the sign of their direction.
-  pure function signs_of(workspace) result(signs)
-    type(friction_workspace_t), intent(in) :: workspace
-    integer :: signs(size(workspace%states))
-
-    signs = merge(-1, 1, workspace%states == contact_slips .and. workspace%directions(1, :) < 0) * workspace%states
-  end function signs_of
-
   !> Whether the states are among those seen.
   pure logical function was_seen(workspace, seen)
     type(friction_workspace_t), intent(in) :: workspace
@@ -407,20 +401,12 @@ contains
     integer, intent(in) :: seen(:, :)
     integer :: i, signs(size(seen, 1))
 
-    signs = signs_of(workspace)
+    signs = signs_of(workspace%states, workspace%directions)
     was_seen = .false.
     do i = 1, size(seen, 2)
       was_seen = was_seen .or. all(seen(:, i) == signs)
     end do
   end function was_seen
-
-  !> Whether a contact slips in space, so that its direction may change from step to step.
-  pure logical function turns(system, workspace)
-    type(contact_system_t), intent(in) :: system
-    type(friction_workspace_t), intent(in) :: workspace
-
-    turns = any(workspace%states == contact_slips .and. system%laws%tangents(2, :) > 0)
-  end function turns
 
   !> Changes the states so that closed contacts always hold the bodies which nothing else holds: of those that open or slip, the
   !> ones that miss their laws least stay as they were.

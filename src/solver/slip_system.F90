@@ -108,20 +108,14 @@ contains
     type(contact_system_t), intent(in) :: system
     Mat, intent(out) :: matrix
     PetscErrorCode, intent(out) :: ierr
-    integer, allocatable :: diagonal(:), off_diagonal(:), places(:)
-    integer :: i, i_node, k
+    integer, allocatable :: diagonal(:), off_diagonal(:)
+    integer :: k
 
     associate (map => system%map)
       allocate (diagonal(map%n_local_dofs / map%n_dim), off_diagonal(map%n_local_dofs / map%n_dim), source=0)
       do k = 1, system%laws%n_contacts
         associate (dofs => self%form%bounded_dofs(system%laws%rows_of(k)))
-          places = [(map%local_index(dofs(i)), i=1, size(dofs))]
-          do i = 1, size(dofs)
-            if (places(i) == 0) cycle
-            i_node = (places(i) - 1) / map%n_dim + 1
-            diagonal(i_node) = count(places > 0)
-            off_diagonal(i_node) = count(places == 0)
-          end do
+          call map%count_blocks(dofs, spread(.true., 1, size(dofs)), diagonal, off_diagonal)
         end associate
       end do
       PetscCall(create_pattern(system%comm, map%n_local_dofs, map%n_dim, diagonal, off_diagonal, matrix, ierr))
