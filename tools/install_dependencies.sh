@@ -20,7 +20,7 @@ packages=(
   libopenmpi-dev openmpi-bin
   libpetsc-real-dev libslepc-real-dev
   libopenblas0-serial # without it PETSc runs on the reference BLAS, six times slower
-  liblapack-dev libmetis-dev libhdf5-dev libfyaml-dev libmuparser-dev
+  liblapack-dev libmetis-dev libmumps-dev libhdf5-dev libfyaml-dev libmuparser-dev
   python3 python3-venv # figures
 )
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too

@@ -46,7 +46,7 @@ build_packages() {
   mkdir -p "$builder/source" "$root/packages/$release"
   git archive HEAD | tar -x -C "$builder/source"
   inside "$builder" "$install git file dpkg-dev python3-pip python3-venv gcc g++ gfortran cmake ninja-build pkg-config \
-      libopenmpi-dev openmpi-bin libpetsc-real-dev libslepc-real-dev libopenblas0-serial liblapack-dev libmetis-dev libhdf5-dev \
+      libopenmpi-dev openmpi-bin libpetsc-real-dev libslepc-real-dev libopenblas0-serial liblapack-dev libmetis-dev libmumps-dev libhdf5-dev \
       libfyaml-dev libmuparser-dev
     cd /source
     cmake --preset release >/root/build.log && cmake --build --preset release >>/root/build.log || { tail -30 /root/build.log >&2; exit 1; }

@@ -28,8 +28,9 @@ contains
 
     if (config%solver%max_iterations < 1) call tree%report_at('solver.max_iterations', 'is ' // &
       to_text(config%solver%max_iterations) // '; it must be at least 1')
-    if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg') call tree%report_at('solver.linear', &
-      'is ''gamg''; with type condensed it must be cholesky or auto', 'gamg goes with type: auto, active_set or snesvi')
+    if (config%solver%type == 'condensed' .and. config%solver%linear == 'gamg' .and. flows(config)) &
+      call tree%report_at('solver.linear', 'is ''gamg''; with type condensed, where materials yield or creep, it must be ' // &
+      'cholesky or auto', 'gamg goes with type: auto or active_set')
     if (config%solver%type == 'snesvi' .and. flows(config)) &
       call tree%report_at('solver.type', 'is ''snesvi'', which does not solve for materials that yield or creep; it must be ' // &
       'auto, condensed or active_set', 'leave type out, or write auto')

@@ -449,6 +449,7 @@ contains
     end select
     if (.not. allocated(self%condensed)) then
       allocate (self%condensed)
+      self%condensed%is_multigrid = .not. self%solver%may_factor
       PetscCall(self%condensed%create(self%system, ierr))
     end if
     condensed => self%condensed

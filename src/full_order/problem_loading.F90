@@ -15,7 +15,7 @@ module sig_problem_loading
   use sig_elastic_body, only: create_elastic_body, elastic_body_t
   use sig_element_types, only: element_types
   use sig_errors, only: error_t, make_error
-  use sig_factor_size, only: compact_factor, measure_factor
+  use sig_factor_size, only: compact_factor, factor_size_t, measure_factor
   use sig_flow_building, only: add_temperatures, create_flow_model
   use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_friction_building, only: add_friction_terms, add_motion_terms, create_contact_laws
@@ -257,9 +257,10 @@ contains
     type(problem_t), intent(inout) :: problem
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
+    type(factor_size_t) :: factor, bordered
     integer :: rank
 
-    associate (sizes => problem%sizes, mesh => problem%mesh)
+    associate (sizes => problem%sizes, mesh => problem%mesh, rows => problem%force_rows)
       sizes%n_dim = mesh%n_dim
       sizes%n_dofs = mesh%n_dim * mesh%n_nodes
       sizes%n_multipliers = problem%force_rows%n_rows
@@ -273,7 +274,14 @@ contains
       PetscCall(rank_and_size(comm, rank, sizes%n_ranks, ierr))
       PetscCall(memory_of_ranks(comm, sizes%memory, ierr))
       sizes%memory = share_of_memory * sizes%memory
-      call measure_factor(mesh, sizes%stiffness_entries, sizes%factor_entries, sizes%factor_operations)
+      ! a row has all components of each of its nodes
+      call measure_factor(mesh, rows%offsets/mesh%n_dim, (rows%dofs(mesh%n_dim::mesh%n_dim)) / mesh%n_dim, &
+        sizes%stiffness_entries, factor, bordered)
+      sizes%factor_entries = factor%entries
+      sizes%factor_operations = factor%operations
+      sizes%elimination_entries = bordered%entries
+      sizes%elimination_operations = bordered%operations
+      sizes%largest_front = bordered%largest_column
       if (problem%flow%is_there()) call measure_flow(problem, sizes)
     end associate
   end subroutine measure_problem
@@ -282,22 +290,22 @@ contains
   pure subroutine measure_flow(problem, sizes)
     type(problem_t), intent(in) :: problem
     type(problem_size_t), intent(inout) :: sizes
-    real(rk) :: entries(problem%motions%n_bodies), operations(problem%motions%n_bodies)
+    type(factor_size_t) :: factors(problem%motions%n_bodies)
     logical :: body_flows(problem%motions%n_bodies), dof_flows(sizes%n_dofs)
     integer :: i
 
     associate (n_dim => problem%mesh%n_dim, bodies => problem%motions%body_of_node, rows => problem%force_rows)
       dof_flows = dofs_of_flowing_bodies(problem%mesh, problem%body, bodies)
-      do i = 1, size(entries)
-        call compact_factor(n_dim, n_dim * count(bodies == i), entries(i), operations(i))
+      do i = 1, size(factors)
+        factors(i) = compact_factor(n_dim, n_dim * count(bodies == i))
         body_flows(i) = dof_flows(n_dim * findloc(bodies, i, dim=1))
       end do
       sizes%n_flow_points = size(problem%flow%temperatures, 1)
       sizes%n_flow_dofs = count(dof_flows)
       sizes%n_flow_multipliers = count([(any(dof_flows(rows%dofs(rows%offsets(i) + 1:rows%offsets(i + 1)))), i=1, rows%n_rows)])
     end associate
-    sizes%flow_factor_entries = sizes%factor_entries * sum(entries, mask=body_flows) / sum(entries)
-    sizes%flow_factor_operations = sizes%factor_operations * sum(operations, mask=body_flows) / sum(operations)
+    sizes%flow_factor_entries = sizes%factor_entries * sum(factors%entries, mask=body_flows) / sum(factors%entries)
+    sizes%flow_factor_operations = sizes%factor_operations * sum(factors%operations, mask=body_flows) / sum(factors%operations)
   end subroutine measure_flow
 
   !> Returns the largest modulus of a material over the smallest, by the largest entries of their stress matrices.

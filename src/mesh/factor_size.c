@@ -25,26 +25,43 @@ static void count_columns(int n, const int *offsets, const int *neighbors, const
   }
 }
 
+/* Counts how many rows below the matrix each column of its factor reaches: a row is on the paths from its vertices up
+ * the elimination tree. */
+static void count_border(int n, int n_rows, const int *row_offsets, const int *row_vertices, const idx_t *place_of,
+                         const int *parent, int *mark, int *border) {
+  for (int i = 0; i < n; i++) {
+    mark[i] = -1;
+    border[i] = 0;
+  }
+  for (int row = 0; row < n_rows; row++)
+    for (int k = row_offsets[row]; k < row_offsets[row + 1]; k++)
+      for (int j = place_of[row_vertices[k]]; j >= 0 && mark[j] != row; j = parent[j]) {
+        mark[j] = row;
+        border[j]++;
+      }
+}
+
 /* Each vertex is a block of n_dim columns; a column with m entries takes m^2 operations. */
-static void add_up(int n, int n_dim, const int *count, double *entries, double *operations) {
-  *entries = 0.0;
-  *operations = 0.0;
+static void add_up(int n, int n_dim, const int *count, const int *border, sig_factor_size_t *size) {
+  *size = (sig_factor_size_t){0};
   for (int i = 0; i < n; i++)
     for (int k = 0; k < n_dim; k++) {
-      const double m = (double)count[i] * n_dim - k;
-      *entries += m;
-      *operations += m * m;
+      const double m = (double)count[i] * n_dim - k + (border ? border[i] : 0);
+      size->entries += m;
+      size->operations += m * m;
+      if (m > size->largest_column) size->largest_column = m;
     }
 }
 
-int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, int n_dim, int seed, double *entries,
-                     double *operations) {
+int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, int n_dim, int seed, int n_rows,
+                     const int *row_offsets, const int *row_vertices, sig_factor_size_t *factor,
+                     sig_factor_size_t *bordered) {
   idx_t options[METIS_NOPTIONS];
   idx_t n = n_vertices;
-  int *work = malloc(5 * ((size_t)n_vertices + 1) * sizeof *work);
+  int *work = malloc(6 * ((size_t)n_vertices + 1) * sizeof *work);
   if (work == NULL) return 1;
   int *vertex_at = work, *place_of = work + n, *parent = work + 2 * (size_t)n, *mark = work + 3 * (size_t)n;
-  int *count = work + 4 * (size_t)n;
+  int *count = work + 4 * (size_t)n, *border = work + 5 * (size_t)n;
 
   METIS_SetDefaultOptions(options);
   options[METIS_OPTION_SEED] = seed;
@@ -54,7 +71,9 @@ int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, i
       n == 0 ? METIS_OK : METIS_NodeND(&n, (idx_t *)offsets, (idx_t *)neighbors, NULL, options, vertex_at, place_of);
   if (status == METIS_OK) {
     count_columns(n_vertices, offsets, neighbors, vertex_at, place_of, parent, mark, count);
-    add_up(n_vertices, n_dim, count, entries, operations);
+    add_up(n_vertices, n_dim, count, NULL, factor);
+    count_border(n_vertices, n_rows, row_offsets, row_vertices, place_of, parent, mark, border);
+    add_up(n_vertices, n_dim, count, border, bordered);
   }
   free(work);
   return status == METIS_OK ? 0 : 1;

@@ -1,6 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 #include "signorom/macros.h"
-!> Contact condensed to the multipliers: K is factored once, then a parameter point is a dense complementarity problem.
+!> Contact condensed to the multipliers: W is made once, then a parameter point is a dense complementarity problem.
 !>
 !> With G = responses to the terms without contact, H = K^-1 B' and W = B H:
 !> 0 <= lambda, W lambda + (D - B G) theta >= 0, complementary; u = G theta - H lambda.
@@ -8,8 +8,8 @@
 !> Where the stiffness of some bodies changes again and again (renew), W is a sum over the others, made once, and over them: bodies
 !> are coupled by contact alone.
 !>
-!> H has a column of n_dofs numbers for each row of B. Where it would take too much memory, W is made of a few columns at a time,
-!> and H lambda is one more solve with the factor, which stays in memory.
+!> H has a column of n_dofs numbers for each row of B, a solve with the factor of K. Where it would take too much memory, W is made
+!> by elimination (sig_elimination), and H lambda is one more solve. With multigrid K is not factored at all.
 !>
 !> Anchors T hold bodies that only contact holds: as many pairs as there are free motions Z. G and H are then responses with closed
 !> anchors, whose forces balance the other forces (Z' (F - B' lambda) = 0). The unknowns of the anchors are their openings w_T in
@@ -22,6 +22,7 @@ module sig_condensed
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_divided_solver, only: both_parts, changing_part, divided_solver_t, staying_part
+  use sig_elimination, only: eliminate_displacements
   use sig_free_response, only: factor_without_contact, solve_free_response, solve_lifting
   use sig_friction_histories, only: solve_history
   use sig_friction_steps, only: friction_steps_t
@@ -33,7 +34,7 @@ module sig_condensed
   use sig_memory, only: machine_memory
   use sig_petsc_support, only: max_over_ranks, multiply_block, precondition_failed, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
-  use sig_reasons, only: reason_converged, reason_no_complementary_solution, reason_pulled_off, reason_ray
+  use sig_reasons, only: reason_converged, reason_linear_solver, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use sig_rounding, only: rounding
   use sig_state_broadcast, only: broadcast_state
   use petsc
@@ -43,7 +44,7 @@ module sig_condensed
 
   !> The contact solver `condensed`. Call create, then solve or solve_points for any number of points, then destroy.
   type, extends(contact_solver_t) :: condensed_t
-    !> reason_converged, or why the stiffness could not be factored; 0 before `create`
+    !> reason_converged, or why there are no components; 0 before `create`
     integer :: reason = 0
     !> [length] G, rows of this rank, shape (n_local_dofs, n_driving_terms); with anchors (n_local_dofs, n_terms)
     real(rk), allocatable :: free_response(:, :)
@@ -61,7 +62,8 @@ module sig_condensed
     type(anchors_t) :: anchors
     !> [length/force] the scale of the anchors
     real(rk) :: scale = 1
-    !> [-] H is kept if it takes at most this share of the memory of the machine on all ranks together
+    !> [-] H is kept if it takes at most this share of the memory of the machine on all ranks together; not with multigrid, where a
+    !> solve for each of its columns takes too long
     real(rk) :: memory_share = 1.0_rk / 16
     !> whether steps with friction are solved from other starts, too, to count their solutions: that takes up to three times as
     !> long
@@ -75,7 +77,7 @@ module sig_condensed
     real(rk), allocatable, private :: contact_response(:, :)
     !> [length/force] W of the bodies whose stiffness stays, before the anchors are closed; not allocated without changing_dofs
     real(rk), allocatable, private :: staying_compliance(:, :)
-    !> K, factored
+    !> solves with K
     type(divided_solver_t), private :: linear_solver
     !> of contacts with friction or ties
     type(friction_steps_t), private :: steps
@@ -99,16 +101,18 @@ module sig_condensed
 
 contains
 
-  !> Computes the components: the lifting, and G, W and D - B G of the condensed problem. This takes one factorization,
-  !> n_driving_terms + n_rows solves, and at most n_lifted_terms more for the lifting. The factor stays until destroy. If the
-  !> contacts cannot hold a body or K cannot be factored, `reason` says why, and there are no components. With changing_dofs there
-  !> are neither lifting nor energies, and H is not kept. Collective.
+  !> Computes the components: the lifting, and G, W and D - B G of the condensed problem. This takes one factorization, or the
+  !> levels of multigrid, n_driving_terms solves, n_rows more or an elimination for W, and at most n_lifted_terms for the lifting.
+  !> What solves stays until destroy. If the contacts cannot hold a body, or K cannot be factored or solved with, `reason` says why,
+  !> and there are no components. With changing_dofs there are neither lifting nor energies, H is not kept, and K is factored.
+  !> Collective.
   subroutine create(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%destroy(ierr))
+    self%linear_solver%is_multigrid = self%is_multigrid .and. .not. allocated(self%changing_dofs)
     if (allocated(self%changing_dofs)) &
       call self%linear_solver%divide(system%comm, self%changing_dofs(system%map%local_dofs))
     PetscCall(factor_without_contact(system, self%linear_solver, ierr))
@@ -138,7 +142,7 @@ contains
     PetscCall(condense(self, system, ierr))
   end subroutine renew
 
-  !> Computes the components from the factor. Collective.
+  !> Computes the components. Where a solve or the elimination fails, self%reason says why. Collective.
   subroutine condense(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -156,8 +160,15 @@ contains
       self%compliance = self%compliance + self%staying_compliance
     else
       PetscCall(solve_lifting(system, self%linear_solver, self%lifting, ierr))
+      self%reason = self%linear_solver%reason
+      if (self%reason /= reason_converged) return
       PetscCall(make_room(self, system, ierr))
-      PetscCall(solve_compliance(self, system, both_parts, self%compliance, ierr))
+      if (allocated(self%contact_response)) then
+        PetscCall(solve_compliance(self, system, both_parts, self%compliance, ierr))
+      else
+        PetscCall(eliminate_compliance(self, system, ierr))
+        if (self%reason /= reason_converged) return
+      end if
       PetscCall(measure_energies(self, system, free_closing, ierr))
     end if
     call close_anchors(self, system)
@@ -166,6 +177,23 @@ contains
     if (.not. system%laws%is_plain()) call self%steps%create(system%laws, self%anchors%rows, self%scale, &
       self%compliance, .true.)
   end subroutine condense
+
+  !> Computes W before the anchors are closed, without columns of H. Collective.
+  subroutine eliminate_compliance(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+    real(rk), allocatable :: of_anchors(:, :)
+
+    if (.not. allocated(self%compliance)) allocate (self%compliance(system%rows%n_rows, system%rows%n_rows))
+    PetscCall(eliminate_displacements(system, self%compliance, self%reason, ierr))
+    associate (anchors => self%anchors)
+      if (size(anchors%rows) == 0) return
+      ! B K^-1 (B' - B_T' N')
+      of_anchors = self%compliance(:, anchors%rows)
+      call add_product(-1.0_rk, of_anchors, transpose(anchors%closing), self%compliance)
+    end associate
+  end subroutine eliminate_compliance
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
   subroutine make_room(self, system, ierr)
@@ -177,10 +205,11 @@ contains
     n_bytes = storage_size(n_bytes) / 8 * real(system%map%n_dofs, rk) * system%rows%n_rows
     share = n_bytes / machine_memory()
     PetscCall(max_over_ranks(system%comm, share, ierr))
-    if (share <= self%memory_share) allocate (self%contact_response(system%map%n_local_dofs, system%rows%n_rows))
+    if (share <= self%memory_share .and. .not. self%linear_solver%is_multigrid) &
+      allocate (self%contact_response(system%map%n_local_dofs, system%rows%n_rows))
   end subroutine make_room
 
-  !> Computes W before the anchors are closed, some columns at a time, and H if it has room. Collective.
+  !> Computes W before the anchors are closed, some columns at a time, and H if it is kept. Collective.
   subroutine solve_compliance(self, system, part, compliance, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -400,9 +429,9 @@ contains
   end function n_points_at_once
 
   !> Solves the dense complementarity problem of each point, then computes all displacements together. A point for which no
-  !> solution is found has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts; its
-  !> forces and displacements are of no use. If `create` has failed, each state has self%reason, zeros and no closed row.
-  !> Collective.
+  !> solution is found has reason_no_complementary_solution, or reason_pulled_off if the loads pull a body off its contacts, or all
+  !> have reason_linear_solver if multigrid fails; its forces and displacements are of no use. If `create` has failed, each state
+  !> has self%reason, zeros and no closed row. Collective.
   subroutine solve_points(self, system, theta, states, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -418,6 +447,7 @@ contains
     if (self%reason == reason_converged) then
       PetscCall(solve_multipliers(self, system, theta, states, unknowns, ierr))
       PetscCall(self%respond(system, -unknowns, local, ierr))
+      if (self%linear_solver%reason /= reason_converged) states%reason = reason_linear_solver
       call add_product(1.0_rk, self%free_response, theta(:size(self%free_response, 2), :), local)
     else
       do i = 1, size(states)

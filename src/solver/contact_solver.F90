@@ -14,9 +14,9 @@ module sig_contact_solver
   type, abstract :: contact_solver_t
     !> largest number of steps at one point; `snesvi` may need twice as many in its two attempts, `condensed` does not use it
     integer :: max_iterations = 50
-    !> whether conjugate gradients with multigrid solve the linear systems, and not factorizations; `condensed` always factors
+    !> whether conjugate gradients with multigrid solve the linear systems, and not factorizations
     logical :: is_multigrid = .false.
-    !> whether factorizations may replace multigrid that fails; only `active_set` uses it
+    !> whether the stiffness may be factored, as where multigrid fails
     logical :: may_factor = .false.
     !> whether a dof belongs to a body whose stiffness changes again and again, natural, shape (n_dofs): the solver keeps what renew
     !> can use; not allocated: renew is not called

@@ -9,8 +9,6 @@
 #include "signorom/linear_solver.h"
 #include "signorom/petsc_support.h"
 
-// [%] Memory that MUMPS gets in addition to its own estimate; it is doubled each time that MUMPS finds it too small.
-enum { FIRST_WORKSPACE = 60, LARGEST_WORKSPACE = 1000 };
 // Up to this number of unknowns, the ordering is approximate minimum fill: one that gives a smaller factor takes longer
 // than it saves.
 enum { SMALL = 20000 };
@@ -44,9 +42,8 @@ static PetscErrorCode prepare_cholesky(KSP ksp, Mat matrix, int workspace) {
   PetscCall(PCFactorSetUpMatSolverType(pc));
   PetscCall(PCFactorGetMatrix(pc, &factor));
   PetscCall(MatMumpsSetIcntl(factor, 14, workspace));
-  // Without null-pivot detection, MUMPS gives numbers of size 1e10 and no error for a singular matrix.
-  PetscCall(MatMumpsSetIcntl(factor, 24, 1));
-  PetscCall(MatMumpsSetCntl(factor, 3, 1e-10));
+  PetscCall(MatMumpsSetIcntl(factor, 24, SIG_MUMPS_FINDS_NULL_PIVOTS));
+  PetscCall(MatMumpsSetCntl(factor, 3, SIG_MUMPS_NULL_PIVOT));
   return 0;
 }
 
@@ -93,6 +90,11 @@ static PetscErrorCode examine(PC pc, PetscInt infog[2], PetscInt *null_pivots) {
 // These codes of MUMPS: the workspace is too small even at its largest, or an allocation failed.
 static bool is_out_of_memory(PetscInt code) { return code == -8 || code == -9 || code == -13; }
 
+void sig_tell_mumps_failure(int code, int detail, char *message) {
+  snprintf(message, SIG_MESSAGE_SIZE, "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
+           is_out_of_memory(code) ? " for lack of memory (solver.linear: gamg needs less)" : "", code, detail);
+}
+
 PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
   PC pc;
   PetscInt infog[2] = {-9, 0}, null_pivots = 0;
@@ -105,13 +107,7 @@ PetscErrorCode sig_factor(KSP ksp, Mat matrix, int *reason, char *message) {
     PetscCall(examine(pc, infog, &null_pivots));
   }
   *reason = infog[0] < 0 ? SIG_LINEAR_FAILED : null_pivots > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
-  if (infog[0] < 0)
-    snprintf(message, SIG_MESSAGE_SIZE,
-             "the factorization failed%s: INFOG(1) = %d, INFOG(2) = %d in the codes of MUMPS",
-             is_out_of_memory(infog[0])
-                 ? " for lack of memory (solver.linear: gamg needs less; not with solver.type: condensed)"
-                 : "",
-             (int)infog[0], (int)infog[1]);
+  if (infog[0] < 0) sig_tell_mumps_failure((int)infog[0], (int)infog[1], message);
   return 0;
 }
 

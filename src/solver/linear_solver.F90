@@ -13,7 +13,7 @@ module sig_linear_solver
   use petsc
   implicit none(type, external)
   private
-  public :: coupled_system_t, linear_solver_t, constrain, hold, set_near_null_space
+  public :: coupled_system_t, linear_solver_t, constrain, hold, reason_of, set_near_null_space
 
   !> A linear solver for one matrix, or with multigrid for T' K T of many sets of held unknowns. Set is_multigrid, call factor, then
   !> the solve procedures, then destroy.
@@ -318,19 +318,19 @@ contains
     character(*), intent(in) :: name
     character(*), intent(in) :: message
 
-    call set_reason(self, reason)
+    self%reason = reason_of(reason)
     if (self%reason == reason_linear_solver) call log_warning(name // ': ' // message)
   end subroutine take_result
 
-  subroutine set_reason(self, reason)
-    class(linear_solver_t), intent(inout) :: self
+  !> Returns the reason of a linear solver.
+  pure integer function reason_of(reason)
     !> one of SIG_LINEAR_* of linear_solver.h
     integer(c_int), intent(in) :: reason
 
-    self%reason = reason_linear_solver
-    if (reason > 0) self%reason = reason_converged
-    if (reason == is_singular) self%reason = reason_floating_body
-  end subroutine set_reason
+    reason_of = reason_linear_solver
+    if (reason > 0) reason_of = reason_converged
+    if (reason == is_singular) reason_of = reason_floating_body
+  end function reason_of
 
   !> Gives a matrix, before multigrid is built for it, the fields that have nearly no energy: the rigid motions of all bodies as
   !> one. Each aggregate takes its part of them. Collective.
@@ -363,7 +363,7 @@ contains
     integer(c_int) :: reason
 
     ierr = sig_linear_solver_solve_many(self%ksp, size(rhs, 2), size(rhs, 1), rhs, solution, reason)
-    call set_reason(self, reason)
+    self%reason = reason_of(reason)
   end subroutine solve_many
 
   !> Solves for one right-hand side: by the factor, or by conjugate gradients (multigrid, or after keep_factor). Sets the reason,
@@ -381,7 +381,7 @@ contains
 
     ierr = sig_linear_solver_solve(self%ksp, rhs%v, tolerance, solution%v, n_iterations, reason)
     self%n_iterations = n_iterations
-    call set_reason(self, reason)
+    self%reason = reason_of(reason)
   end subroutine solve_vector
 
   !> Solves a coupled system by iterations, with the last factor or multigrid as preconditioner. They begin with the given solution.
@@ -411,7 +411,7 @@ contains
     ierr = sig_linear_solver_solve_coupled(self%ksp, stiffness, coupled%is_free%v, springs, coupling, rhs%v, reduction, &
       size_of_rhs, solution%v, n_iterations, reason)
     self%n_iterations = n_iterations
-    call set_reason(self, reason)
+    self%reason = reason_of(reason)
   end subroutine solve_coupled
 
   !> Frees the solver; one that was not made is no error. The reason stays. Collective.

@@ -7,7 +7,8 @@ module sig_solver_costs
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: cost_t, problem_size_t, comparison_cost, condensed_cost, dense_bytes, factorization_cost, multigrid_cost, point_cost
+  public :: cost_t, problem_size_t, comparison_cost, condensed_cost, dense_bytes, elimination_cost, factorization_cost
+  public :: multigrid_cost, point_cost
   public :: newton_cost, refactoring_cost, solves_cost, steps_cost, operator(+), times
 
   !> What something takes: [s] on each rank, and [byte] on all ranks together.
@@ -41,6 +42,10 @@ module sig_solver_costs
     !> number of entries of its factor, and of operations of a factorization
     real(rk) :: factor_entries = 0
     real(rk) :: factor_operations = 0
+    !> the same of the elimination of all displacements, which leaves W, and number of entries of its largest column
+    real(rk) :: elimination_entries = 0
+    real(rk) :: elimination_operations = 0
+    real(rk) :: largest_front = 0
     !> number of integration points of materials that flow
     integer :: n_flow_points = 0
     !> of the bodies where materials flow, as above: dofs, multipliers that press on them, factor
@@ -71,6 +76,8 @@ module sig_solver_costs
   integer, parameter :: many = 8
   !> [byte] MUMPS: per entry of the factor, with workspace, and per entry of K
   real(rk), parameter :: factor_bytes = 17.0_rk, stiffness_bytes = 40.0_rk
+  !> [byte] MUMPS without a factor: fronts that wait for each other, per entry of the largest one
+  real(rk), parameter :: front_bytes = 30.0_rk
   !> [s] multigrid with linear and with quadratic elements: first levels per entry of K, levels of an active set per dof
   real(rk), parameter :: levels(2) = [3.0e-7_rk, 1.0e-7_rk], levels_of_set(2) = [2.0e-6_rk, 1.0e-6_rk]
   !> [s] one iteration of conjugate gradients with multigrid, per entry of K and per dof
@@ -142,18 +149,45 @@ contains
     cost%bytes = 8.0_rk * sizes%n_dofs * n_columns
   end function solves_cost
 
-  !> Returns the cost of the condensed solver at no point yet: one factorization, which it keeps, a solve for each multiplier, and W
-  !> on every rank. The responses to all multipliers are kept where they are small.
-  pure type(cost_t) function condensed_cost(sizes) result(cost)
+  !> Returns the cost of W by elimination.
+  pure type(cost_t) function elimination_cost(sizes) result(cost)
     type(problem_size_t), intent(in) :: sizes
+
+    cost%seconds = (analysis * sizes%n_dofs + per_factor_entry * sizes%elimination_entries + &
+      per_operation * sizes%elimination_operations) / factor_gain(sizes)
+    cost%bytes = front_bytes * sizes%largest_front**2 + stiffness_bytes * sizes%stiffness_entries
+  end function elimination_cost
+
+  !> Returns the cost of the condensed solver at no point yet, with W on every rank. With factors: a factorization, which it keeps,
+  !> and a solve for each multiplier, whose responses are kept where they are small, else an elimination for W. With multigrid: an
+  !> elimination, and the levels.
+  pure type(cost_t) function condensed_cost(sizes, linear) result(cost)
+    type(problem_size_t), intent(in) :: sizes
+    !> cholesky or gamg; default: cholesky
+    character(*), intent(in), optional :: linear
     type(cost_t) :: responses
 
-    responses = solves_cost(sizes, sizes%n_multipliers)
-    cost = factorization_cost(sizes)
+    if (is_multigrid(linear)) then
+      cost = multigrid_cost(sizes, 0)
+      responses = elimination_cost(sizes)
+    else
+      cost = factorization_cost(sizes)
+      if (keeps_responses(sizes)) then
+        responses = solves_cost(sizes, sizes%n_multipliers)
+      else
+        responses = elimination_cost(sizes)
+      end if
+    end if
     cost%seconds = cost%seconds + responses%seconds
-    cost%bytes = cost%bytes + dense_bytes(sizes)
-    if (keeps_responses(sizes)) cost%bytes = cost%bytes + responses%bytes
+    cost%bytes = cost%bytes + responses%bytes + dense_bytes(sizes)
   end function condensed_cost
+
+  pure logical function is_multigrid(linear)
+    character(*), intent(in), optional :: linear
+
+    is_multigrid = .false.
+    if (present(linear)) is_multigrid = linear == 'gamg'
+  end function is_multigrid
 
   !> Whether the condensed solver keeps the responses to all multipliers.
   pure logical function keeps_responses(sizes)
@@ -246,12 +280,19 @@ contains
 
   !> Returns the cost of a point of the condensed solver: a dense problem whose active set changes a few times, or the step of a
   !> history with friction; and the displacement, by the responses or by one more solve.
-  pure type(cost_t) function point_cost(sizes) result(cost)
+  pure type(cost_t) function point_cost(sizes, linear) result(cost)
     type(problem_size_t), intent(in) :: sizes
+    !> cholesky or gamg; default: cholesky
+    character(*), intent(in), optional :: linear
+    type(cost_t) :: before
     real(rk) :: n
 
     n = sizes%n_multipliers
-    if (keeps_responses(sizes)) then
+    if (is_multigrid(linear)) then
+      cost = multigrid_cost(sizes, 1, 1)
+      before = multigrid_cost(sizes, 0)
+      cost%seconds = cost%seconds - before%seconds
+    else if (keeps_responses(sizes)) then
       cost%seconds = per_dense_operation * 2 * n * sizes%n_dofs / sizes%n_ranks
     else
       cost = solves_cost(sizes, 1)

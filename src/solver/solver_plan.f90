@@ -4,8 +4,9 @@ module sig_solver_plan
   use sig_deck_config, only: solver_config_t
   use sig_kinds, only: rk
   use sig_memory, only: memory_text
-  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, factorization_cost, multigrid_cost, newton_cost, point_cost, &
-    problem_size_t, refactoring_cost, sets, sets_of_friction, solves_cost, operator(+), times
+  use sig_solver_costs, only: condensed_cost, cost_t, dense_bytes, elimination_cost, &
+    factorization_cost, multigrid_cost, newton_cost, point_cost, problem_size_t, refactoring_cost, sets, sets_of_friction, &
+    solves_cost, operator(+), times
   use sig_text, only: to_text
   implicit none(type, external)
   private
@@ -19,6 +20,8 @@ module sig_solver_plan
     character(:), allocatable :: linear
     !> whether one factorization of the stiffness has room in the memory, and the deck does not ask for multigrid
     logical :: may_factor = .true.
+    !> whether the dense problem of all contacts can be made: by such a factorization or by an elimination
+    logical :: may_condense = .true.
     !> reason of the choice, as text for a message
     character(:), allocatable :: why
   end type solver_plan_t
@@ -46,18 +49,20 @@ contains
     type(solver_plan_t), intent(out) :: plan
     !> sentence for the user
     character(:), allocatable, intent(out) :: message
-    type(cost_t) :: factored
+    type(cost_t) :: eliminated, factored
 
     plan%type = config%type
     plan%linear = config%linear
     factored = factorization_cost(sizes)
     plan%may_factor = config%linear /= 'gamg' .and. factored%bytes <= sizes%memory
+    eliminated = elimination_cost(sizes)
+    plan%may_condense = plan%may_factor .or. eliminated%bytes <= sizes%memory
     plan%why = 'as the deck says'
     if (.not. sizes%has_plain_contact .and. sizes%n_flow_points > 0) then
       call take_condensed(config, sizes, plan, message)
       return
     end if
-    if (plan%linear == 'auto' .and. (plan%type == 'condensed' .or. plan%type == 'snesvi')) plan%linear = 'cholesky'
+    if (plan%linear == 'auto' .and. plan%type == 'snesvi') plan%linear = 'cholesky'
     if (plan%type == 'auto' .or. plan%linear == 'auto') call take_fastest(candidates_of(config, sizes), sizes, plan)
     if (config%type == 'condensed' .and. dense_bytes(sizes) > sizes%memory) then
       message = 'the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // ' for ' // &
@@ -103,21 +108,30 @@ contains
   pure function candidates_of(config, sizes) result(candidates)
     type(solver_config_t), intent(in) :: config
     type(problem_size_t), intent(in) :: sizes
-    type(candidate_t) :: candidates(3)
+    type(candidate_t) :: candidates(4)
+    type(cost_t) :: of_training
     integer :: i, n
 
     n = max(1, sizes%n_points)
-    candidates = [candidate_t('condensed', 'cholesky'), candidate_t('active_set', 'cholesky'), candidate_t('active_set', 'gamg')]
+    candidates = [candidate_t('condensed', 'cholesky'), candidate_t('active_set', 'cholesky'), candidate_t('active_set', 'gamg'), &
+      candidate_t('condensed', 'gamg')]
+    of_training = condensed_cost(sizes)
+    if (.not. has_room(of_training, sizes)) of_training = condensed_cost(sizes, 'gamg')
     do i = 1, size(candidates)
       candidates(i)%cost = sweep_cost(trim(candidates(i)%type), trim(candidates(i)%linear), sizes, n)
       if (sizes%needs_responses .and. candidates(i)%type /= 'condensed') &
-        candidates(i)%cost = candidates(i)%cost + condensed_cost(sizes)
+        candidates(i)%cost = candidates(i)%cost + of_training
     end do
     candidates%is_allowed = (config%type == 'auto' .or. candidates%type == config%type) .and. &
       (config%linear == 'auto' .or. candidates%linear == config%linear)
+    ! Newton's method factors the bodies that flow. Otherwise a factor serves the displacements of a model, too, and multigrid
+    ! converges slowly where a body has supports at single nodes instead of contact
+    if (sizes%n_flow_points > 0) candidates(4)%is_allowed = .false.
+    if ((sizes%needs_responses .or. sizes%is_floating) .and. candidates(1)%is_allowed .and. has_room(candidates(1)%cost, sizes)) &
+      candidates(4)%is_allowed = .false.
     ! where only contact holds a body, contacts may change all at once, and condensed finds answers that active_set does not
     if (.not. sizes%has_plain_contact .and. sizes%is_floating .and. config%type == 'auto' .and. candidates(1)%is_allowed) &
-      candidates(2:)%is_allowed = .not. has_room(candidates(1)%cost, sizes)
+      candidates(2:3)%is_allowed = .not. has_room(candidates(1)%cost, sizes)
   end function candidates_of
 
   !> Returns the cost of the solutions at some points that share a stiffness, or of some states where materials flow.
@@ -132,7 +146,7 @@ contains
     if (sizes%n_flow_points > 0) then
       cost = newton_cost(type, linear, sizes, n_points)
     else if (type == 'condensed') then
-      cost = condensed_cost(sizes) + times(n_points, point_cost(sizes))
+      cost = condensed_cost(sizes, linear) + times(n_points, point_cost(sizes, linear))
     else if (linear == 'gamg') then
       cost = multigrid_cost(sizes, n_points, merge(sets, sets_of_friction, sizes%has_plain_contact))
     else

@@ -12,8 +12,8 @@ module sig_study_plan
   use sig_parameter_space, only: build_states
   use sig_problem, only: problem_t
   use sig_progress, only: duration_text
-  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, operator(+), point_cost, problem_size_t, &
-    solves_cost, steps_cost, times
+  use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, multigrid_cost, operator(+), point_cost, &
+    problem_size_t, solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
   use sig_text, only: append_text, counted, string_t, to_text
   implicit none(type, external)
@@ -116,8 +116,8 @@ contains
       end if
       if (n_test == 0) return
       if (plan%type == 'condensed') then
-        cost = times(n_test, point_cost(sizes) + comparison_cost(sizes))
-        cost%bytes = bytes_of_responses(sizes)
+        cost = times(n_test, point_cost(sizes, plan%linear) + comparison_cost(sizes))
+        cost%bytes = bytes_of_operator(problem)
       else
         cost = sweep_cost(plan%type, plan%linear, sizes, n_test)
       end if
@@ -184,6 +184,8 @@ contains
     type(problem_t), intent(in) :: problem
     !> [s] for each number of the responses
     real(rk), parameter :: per_compressed_number = 3.0e-7_rk
+    !> number of modes of displacements where multigrid solves
+    integer, parameter :: usual_modes = 100
     type(displacement_plan_t) :: displacements
     type(cost_t) :: responses
 
@@ -191,23 +193,36 @@ contains
       ! pivot transforms, which models with friction or ties do without
       cost = times(most_references, point_cost(sizes))
       if (.not. sizes%has_plain_contact) cost = steps_cost(sizes)
-      cost%bytes = bytes_of_responses(sizes) + sizes%n_ranks * model_size(problem)
-      if (problem%plan%type /= 'condensed') cost = cost + condensed_cost(sizes)
+      cost%bytes = bytes_of_operator(problem) + sizes%n_ranks * model_size(problem)
+      if (problem%plan%type /= 'condensed') cost = cost + condensed_cost(sizes, linear_of_operator(problem))
       displacements = plan_displacements(problem)
       if (.not. displacements%has_modes) return
-      responses = solves_cost(sizes, sizes%n_multipliers)
-      cost%seconds = cost%seconds + responses%seconds + per_compressed_number * sizes%n_dofs * real(sizes%n_multipliers, rk)
+      if (linear_of_operator(problem) == 'gamg') then
+        cost = cost + multigrid_cost(sizes, usual_modes, 1)
+      else
+        responses = solves_cost(sizes, sizes%n_multipliers)
+        cost%seconds = cost%seconds + responses%seconds + per_compressed_number * sizes%n_dofs * real(sizes%n_multipliers, rk)
+      end if
     end associate
   end function training_cost
 
-  !> [byte] Returns the memory of the condensed solver.
-  pure real(rk) function bytes_of_responses(sizes) result(n_bytes)
-    type(problem_size_t), intent(in) :: sizes
+  !> [byte] Returns the memory of the condensed operator.
+  pure real(rk) function bytes_of_operator(problem) result(n_bytes)
+    type(problem_t), intent(in) :: problem
     type(cost_t) :: cost
 
-    cost = condensed_cost(sizes)
+    cost = condensed_cost(problem%sizes, linear_of_operator(problem))
     n_bytes = cost%bytes
-  end function bytes_of_responses
+  end function bytes_of_operator
+
+  !> Returns how the condensed operator solves linear systems: cholesky or gamg.
+  pure function linear_of_operator(problem) result(linear)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: linear
+
+    linear = trim(merge('cholesky', 'gamg    ', problem%plan%may_factor))
+    if (problem%plan%type == 'condensed') linear = problem%plan%linear
+  end function linear_of_operator
 
   !> Returns a cost as text: `12 s, 1.3 GB`.
   function text_of(cost) result(text)

@@ -232,8 +232,8 @@ contains
   end function materials_of_flowing_bodies
 
   !> Returns why the problem of the deck cannot be condensed, as a part of a sentence; empty where it can. Reasons: there is no
-  !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness must not be factored, because it is too
-  !> large or solver.linear is gamg.
+  !> contact row; W and q take more memory than reduction.max_full_order_size; the stiffness is too large; it changes with elastic
+  !> constants or flow, and must not be factored, because it is too large or solver.linear is gamg.
   function why_not_condensed(problem) result(reason)
     type(problem_t), intent(in) :: problem
     character(:), allocatable :: reason
@@ -247,7 +247,10 @@ contains
       else if (forces_size(problem) > room) then
         reason = 'the matrix of all contacts takes ' // short_number(forces_size(problem), 2) // ' MB, more than ' // &
           'reduction.max_full_order_size allows (' // short_number(room, 2) // ' MB)'
-      else if (.not. problem%plan%may_factor) then
+      else if (.not. problem%plan%may_condense) then
+        reason = 'the stiffness is too large to factor, and so are its displacements to be eliminated'
+      else if (.not. problem%plan%may_factor .and. &
+               (problem%flow%is_there() .or. .not. problem%has_fixed_stiffness)) then
         reason = 'the stiffness is too large to factor, or solver.linear is gamg'
       end if
     end associate

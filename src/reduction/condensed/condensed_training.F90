@@ -144,7 +144,7 @@ contains
     ierr = 0
     associate (problem => full_order%problem, tolerance => full_order%problem%deck%reduction%displacement_tolerance)
       if (error <= tolerance) return
-      if (problem%deck%reduction%displacement%type /= 'auto' .or. .not. all_dofs_fit(problem)) then
+      if (problem%deck%reduction%displacement%type /= 'auto' .or. .not. (all_dofs_fit(problem) .and. problem%plan%may_factor)) then
         call log_warning('displacements ' // fixed%field%describe() // ' have an error in energy of up to ' // &
           short_number(error, 2) // ', more than reduction.displacement_tolerance (' // short_number(tolerance, 2) // ')')
         return

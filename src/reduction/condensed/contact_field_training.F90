@@ -65,7 +65,7 @@ contains
       PetscCall(condensed%respond_to_rows(system, fixed%anchors, motions, ierr))
       PetscCall(system%share_columns(motions, size(motions, 2), field%motions, ierr))
       PetscCall(broadcast_columns(field%motions, PETSC_COMM_WORLD, ierr))
-      call choose_modes(states, fixed, tolerance, combinations)
+      call choose_modes(states, fixed, tolerance, condensed%is_multigrid, combinations)
       has_few = allocated(combinations)
       if (.not. has_few) call choose_soft_combinations(full_order%problem, fixed, combinations)
       PetscCall(make_modes(system, condensed, combinations, field, ierr))
@@ -92,12 +92,15 @@ contains
 
   !> Finds the combinations S of contact forces whose displacements H S are the modes, orthonormal in the norm of K: the principal
   !> ones of the states, each state relative to its size. There are as many as bring the error of all states to the tolerance.
-  !> They are not allocated if that takes too many. Local, with the same result on each rank.
-  subroutine choose_modes(states, fixed, tolerance, combinations)
+  !> They are not allocated if that takes too many (takes_all). Local, with the same result on each rank.
+  subroutine choose_modes(states, fixed, tolerance, takes_all, combinations)
     type(contact_states_t), intent(in) :: states
     type(fixed_compliance_t), intent(in) :: fixed
     !> [-]
     real(rk), intent(in) :: tolerance
+    !> as many modes as there are may be taken: compressed responses need a solve for each contact, which takes too long with
+    !> multigrid
+    logical, intent(in) :: takes_all
     !> [force/sqrt(force*length)] S, shape (n_multipliers, n_modes)
     real(rk), allocatable, intent(out) :: combinations(:, :)
     real(rk), allocatable :: all_combinations(:, :), chosen(:, :), coordinates(:, :)
@@ -112,7 +115,11 @@ contains
     call choose_combinations(chosen, fixed%compliance, all_combinations)
     coordinates = transposed_product(product_of(fixed%compliance, all_combinations), states%unknowns)
     n = number_of_modes(states, coordinates, tolerance)
-    if (n > min(size(coordinates, 1), max(few_modes, int(most_modes * fixed%n_rows())))) return
+    if (takes_all) then
+      n = min(n, size(coordinates, 1))
+    else if (n > min(size(coordinates, 1), max(few_modes, int(most_modes * fixed%n_rows())))) then
+      return
+    end if
     combinations = all_combinations(:, :n)
   end subroutine choose_modes
 
