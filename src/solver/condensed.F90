@@ -617,7 +617,8 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     if (allocated(self%free_response)) deallocate (self%free_response, self%free_opening)
-    if (allocated(self%lifting)) deallocate (self%lifting, self%free_energy, self%shared_energy)
+    if (allocated(self%lifting)) deallocate (self%lifting)
+    if (allocated(self%free_energy)) deallocate (self%free_energy, self%shared_energy)
     if (allocated(self%compliance)) deallocate (self%compliance)
     if (allocated(self%staying_compliance)) deallocate (self%staying_compliance)
     if (allocated(self%contact_response)) deallocate (self%contact_response)

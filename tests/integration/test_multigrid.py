@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Multigrid on quadratic elements, whose first coarse level are the linear elements with the same corners."""
 
+import csv
+import re
+
 import numpy as np
 import pytest
 import yaml
@@ -91,3 +94,25 @@ def test_bad_bounds(signorom, tmp_path):
         forces.append(read_fields(tmp_path / "results" / "blocks" / "fields.h5")["multipliers_full_order"])
     assert [text.count("did not converge") for text in words] == [0, 1]
     np.testing.assert_allclose(forces[1], forces[0], atol=SAME_FORCES * forces[0].max())
+
+
+def test_model_without_a_factor(signorom, tmp_path):
+    """W by elimination, displacements by modes that multigrid solves for: exact forces, errors that answers tell."""
+    write_part(tmp_path, "H8", 6, 3)
+    text = DECK.format(solver="linear: gamg").replace("solver: {type: ", "solver: {")
+    text = text.replace("output:", "training: {sobol: 6}\ntest: {latin_hypercube: 3}\noutput:")
+    # [MB] W has room, the displacements of all nodes under each contact force have not
+    text += "reduction: {max_full_order_size: 0.2}\n"
+    (tmp_path / "blocks.yaml").write_text(text)
+    words = signorom("run", "blocks.yaml", folder=tmp_path, n_ranks=2)
+    assert "solver: condensed, gamg" in words
+    assert re.search(r"displacements by \d+ modes", words)
+    assert "trained condensed model of 49 contact rows" in words
+    with (tmp_path / "results" / "blocks" / "validation.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3
+    for row in rows:
+        assert float(row["e_lambda_all"]) < SAME_FORCES
+        assert float(row["error_bound"]) < SAME_FORCES
+        error, bound = float(row["e_u_energy"]), float(row["displacement_bound"])
+        assert error < 1.01 * bound + SAME_FORCES

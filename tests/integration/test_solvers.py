@@ -17,6 +17,7 @@ TOLERANCE = 1e-8
 # [N/m] of a traction of 1e5 Pa per m of `push` on the top, 1 m wide, at push = 0.05 m
 FORCE = 0.05 * 1e5
 SOLVERS = ["{type: condensed}", "{type: active_set}", "{type: active_set, linear: gamg}"]
+SOLVERS.append("{type: condensed, linear: gamg}")
 
 
 def loaded_deck(folder, solver, sign):
@@ -68,11 +69,18 @@ def test_log_of_petsc(signorom, tmp_path):
     assert re.search(r"^MatMult +[1-9]", (tmp_path / "log.txt").read_text(), re.MULTILINE)
 
 
-@pytest.mark.parametrize("option", ["-active_set_pc_type nonsense", "-active_set_ksp_max_it 1"])
+@pytest.mark.parametrize(
+    ("solver", "option"),
+    [
+        (SOLVERS[2], "-active_set_pc_type nonsense"),
+        (SOLVERS[2], "-active_set_ksp_max_it 1"),
+        (SOLVERS[3], "-fom_ksp_max_it 1"),
+    ],
+)
 @pytest.mark.parametrize("n_ranks", [1, 3])
-def test_multigrid_that_fails_is_a_reason(signorom, tmp_path, option, n_ranks):
+def test_multigrid_that_fails_is_a_reason(signorom, tmp_path, solver, option, n_ranks):
     """Not converged, and no trace of PETSc's."""
-    deck = loaded_deck(tmp_path, SOLVERS[2], "-")
+    deck = loaded_deck(tmp_path, solver, "-")
     done = signorom.run(
         "solve", deck.name, *option.split(), folder=tmp_path, n_ranks=n_ranks, time_limit=SOON
     )
