@@ -414,6 +414,8 @@ module sig_deck_config
     logical :: is_size_auto = .true.
     !> [MB] memory >= 0 of a condensed model for pivot transforms, which make its answers fast; default 256
     real(rk) :: max_transforms_size = 256
+    !> whether the deck leaves it to the program
+    logical :: is_transforms_size_auto = .true.
     !> [-] between 0 and 1: error of contact forces and stresses that a model of materials that flow may have; default 1.0e-2
     real(rk) :: inelastic_tolerance = 1.0e-2_rk
     !> [-] between 0 and 1: largest relative error of the contact forces from interpolation over elastic constants; default 1.0e-6

@@ -404,20 +404,21 @@ contains
       '  displacement: ' // displacement_text(reduction%displacement) // eol // &
       '  displacement_tolerance: ' // to_text(reduction%displacement_tolerance) // eol // &
       '  fields: ' // trim(merge('true ', 'false', reduction%has_fields)) // eol // &
-      '  max_full_order_size: ' // size_or_auto(reduction) // eol // &
-      '  max_transforms_size: ' // to_text(reduction%max_transforms_size) // eol // &
+      '  max_full_order_size: ' // size_or_auto(reduction%max_full_order_size, reduction%is_size_auto) // eol // &
+      '  max_transforms_size: ' // size_or_auto(reduction%max_transforms_size, reduction%is_transforms_size_auto) // eol // &
       '  stiffness_tolerance: ' // to_text(reduction%stiffness_tolerance) // eol // &
       '  inelastic_tolerance: ' // to_text(reduction%inelastic_tolerance) // eol // &
       'certificate: {max_error: ' // limit_text(reduction%max_error) // '}' // eol
   end function reduction_section
 
   !> Returns the size [MB], or `auto` where the deck leaves it to the machine: the text is the same on every machine.
-  pure function size_or_auto(reduction) result(text)
-    type(reduction_config_t), intent(in) :: reduction
+  pure function size_or_auto(megabytes, is_auto) result(text)
+    real(rk), intent(in) :: megabytes
+    logical, intent(in) :: is_auto
     character(:), allocatable :: text
 
     text = 'auto'
-    if (.not. reduction%is_size_auto) text = to_text(reduction%max_full_order_size)
+    if (.not. is_auto) text = to_text(megabytes)
   end function size_or_auto
 
   pure function limit_text(limit) result(text)

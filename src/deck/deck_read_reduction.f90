@@ -60,35 +60,38 @@ contains
     switch = trim(switches(1))
     call get_choice(tree, i_reduction, 'fields', .false., switches, switch)
     reduction%has_fields = switch == switches(2)
-    call read_full_order_size(tree, i_reduction, reduction)
-    call get_number(tree, i_reduction, 'max_transforms_size', .false., reduction%max_transforms_size)
+    call read_size(tree, i_reduction, 'max_full_order_size', reduction%max_full_order_size, reduction%is_size_auto)
+    call read_size(tree, i_reduction, 'max_transforms_size', reduction%max_transforms_size, reduction%is_transforms_size_auto)
     call get_number(tree, i_reduction, 'stiffness_tolerance', .false., reduction%stiffness_tolerance)
     call get_number(tree, i_reduction, 'inelastic_tolerance', .false., reduction%inelastic_tolerance)
     call tree%close_mapping(i_reduction)
   end subroutine read_reduction
 
-  !> [MB] Returns the largest size of the full-order operator unless the deck sets it: an eighth of the memory of this machine, at
-  !> most 2000. The model file is about as large, and each rank has a copy of the model.
+  !> [MB] Returns the largest size of the full-order operator unless the deck sets it: an eighth of the memory of this machine. The
+  !> model file is about as large, and each rank has a copy of the model.
   real(rk) function usual_full_order_size() result(megabytes)
-    real(rk), parameter :: share = 1.0_rk / 8, most = 2000, bytes_per_megabyte = 1.0e6_rk
+    real(rk), parameter :: share = 1.0_rk / 8, bytes_per_megabyte = 1.0e6_rk
 
-    megabytes = min(share * machine_memory() / bytes_per_megabyte, most)
+    megabytes = share * machine_memory() / bytes_per_megabyte
   end function usual_full_order_size
 
-  !> Reads max_full_order_size; `auto` leaves the default. Errors: another word.
-  subroutine read_full_order_size(tree, i_reduction, reduction)
+  !> Reads a size; `auto` leaves the default. Errors: another word.
+  subroutine read_size(tree, i_reduction, key, megabytes, is_auto)
     type(deck_tree_t), intent(inout) :: tree
     integer, intent(in) :: i_reduction
-    type(reduction_config_t), intent(inout) :: reduction
+    character(*), intent(in) :: key
+    !> [MB]
+    real(rk), intent(inout) :: megabytes
+    logical, intent(inout) :: is_auto
     integer :: i_node
     logical :: is_valid
 
-    i_node = tree%find(i_reduction, 'max_full_order_size')
+    i_node = tree%find(i_reduction, key)
     if (i_node == 0) return
     if (is_word(tree, i_node, 'auto')) return
-    call number_of(tree, i_node, reduction%max_full_order_size, is_valid)
-    reduction%is_size_auto = .false.
-  end subroutine read_full_order_size
+    call number_of(tree, i_node, megabytes, is_valid)
+    is_auto = .false.
+  end subroutine read_size
 
   !> Reads the section `certificate`: `max_error: none` sets reduction%max_error to 0, which means no limit, and `auto` leaves its
   !> default. Errors: any other value that is no number greater than 0, an unknown key.

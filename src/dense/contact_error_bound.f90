@@ -8,10 +8,13 @@ module sig_contact_error_bound
   private
   public :: contact_error_bound_t
 
-  !> The factored matrix W, for the bounds of any number of approximations.
+  !> What bounds need of the matrix W: a lower bound of its eigenvalues, and its factor, which a large W does without.
   type :: contact_error_bound_t
     !> W is positive definite; otherwise there is no bound
     logical :: is_valid = .false.
+    !> [length/force] at most the smallest eigenvalue of W; 0: not known
+    real(rk), private :: least = 0
+    logical, private :: has_factor = .false.
     !> Cholesky factor of W on and below the diagonal, [length/force] W above it; shape (n, n)
     real(rk), allocatable, private :: factor(:, :)
     !> [length/force] diagonal of W, shape (n)
@@ -20,25 +23,36 @@ module sig_contact_error_bound
     procedure :: create
     procedure :: evaluate
     procedure :: dual_size
+    procedure, private :: quick_bound
     procedure, private :: bound_of_step
     procedure, private :: bound_without
     procedure, private :: times
     procedure, private :: bound_of
   end type contact_error_bound_t
 
+  !> up to this number of rows, W is factored at once, in about a second
+  integer, parameter :: most_factored = 3000
+
 contains
 
-  !> Computes the Cholesky factor of W. Sets is_valid to whether W is positive definite; only then may `evaluate` be called.
-  subroutine create(self, compliance)
+  !> Computes the Cholesky factor of W, unless W is large and `least` is known. Sets is_valid to whether W is positive definite;
+  !> only then may `evaluate` be called.
+  subroutine create(self, compliance, least)
     class(contact_error_bound_t), intent(out) :: self
     !> [length/force] W, symmetric, shape (n, n)
     real(rk), intent(in) :: compliance(:, :)
+    !> [length/force] at most the smallest eigenvalue of W (bound_of_eigenvalues), or 0, as by default: not known
+    real(rk), intent(in), optional :: least
     integer :: i, info
 
+    if (present(least)) self%least = least
+    self%is_valid = self%least > 0
+    if (self%is_valid .and. size(compliance, 1) > most_factored) return
     self%factor = compliance
     self%diagonal = [(compliance(i, i), i=1, size(compliance, 1))]
     call factor_cholesky(size(compliance, 1), self%factor, info)
     self%is_valid = info == 0
+    self%has_factor = self%is_valid
   end subroutine create
 
   !> [sqrt(force*length)] Returns an upper bound of |e|, e = lambda_r - lambda, in the norm of W, for approximate forces lambda_r
@@ -49,6 +63,8 @@ contains
   !> sum of lambda_r (w - rho) over the rows outside of S. With d = |rho| in the norm of W^-1: |e| <= d/2 + sqrt(d^2/4 + c).
   !>
   !> The smallest of three bounds is returned, or the first one if it is at most `enough`; 0 without rows, also with a surplus.
+  !> Before them, the first one is bounded by the smallest eigenvalue in place of W^-1, in n operations; that is returned if it is
+  !> at most `enough`, and where a large W has no factor.
   !> First bound: S are the rows with a force, and rho = min(w, 0) elsewhere. For an exact answer this bound is only rounding.
   !>
   !> Second bound: S are the rows that the primal-dual active set method would close next; a row with a very small force across a
@@ -79,6 +95,13 @@ contains
     if (size(lambda) == 0) return
     more = 0
     if (present(surplus)) more = surplus
+    if (self%least > 0) then
+      bound = self%quick_bound(lambda, opening, more)
+      if (.not. self%has_factor) return
+      if (present(enough)) then
+        if (bound <= enough) return
+      end if
+    end if
     bound = self%bound_of(lambda, opening, merge(opening, min(opening, 0.0_rk), lambda > 0), more)
     if (present(enough)) then
       if (bound <= enough) return
@@ -86,17 +109,43 @@ contains
     bound = min(bound, self%bound_of_step(lambda, opening, lambda * self%diagonal > opening, more, .not. present(surplus)))
   end function evaluate
 
-  !> [sqrt(force*length)] Returns the size of a change of openings [length, shape (n)] in the norm of W^-1; 0 without rows.
-  !> Requires: is_valid.
+  !> [sqrt(force*length)] Returns the size of a change of openings [length, shape (n)] in the norm of W^-1, or a bound of it where a
+  !> large W has no factor; 0 without rows. Requires: is_valid.
   real(rk) function dual_size(self, change)
     class(contact_error_bound_t), intent(in) :: self
     real(rk), intent(in) :: change(:)
     real(rk) :: reduced(size(change))
 
+    if (.not. self%has_factor) then
+      dual_size = norm2(change) / sqrt(self%least)
+      return
+    end if
     reduced = change
     if (size(change) > 0) call reduce_cholesky(size(change), self%factor, reduced)
     dual_size = norm2(reduced)
   end function dual_size
+
+  !> Returns the first bound, with |rho| / sqrt(smallest eigenvalue) in place of the norm of W^-1.
+  pure real(rk) function quick_bound(self, lambda, opening, more) result(bound)
+    class(contact_error_bound_t), intent(in) :: self
+    !> as for evaluate
+    real(rk), intent(in) :: lambda(:)
+    real(rk), intent(in) :: opening(:)
+    !> [force*length] added to c
+    real(rk), intent(in) :: more
+    real(rk) :: misfit, square, work
+    integer :: i
+
+    square = 0
+    work = more
+    do i = 1, size(lambda)
+      misfit = opening(i)
+      if (.not. lambda(i) > 0) misfit = min(misfit, 0.0_rk)
+      square = square + misfit**2 / self%least
+      work = work + lambda(i) * (opening(i) - misfit)
+    end do
+    bound = sqrt(square) / 2 + sqrt(square / 4 + work)
+  end function quick_bound
 
   !> Returns the second bound for the set S = is_closed, or the third one if it is allowed and smaller; huge where W_SS cannot be
   !> factored. It costs a factorization of W_SS.

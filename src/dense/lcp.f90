@@ -75,7 +75,7 @@ contains
     if (all(q >= 0)) return
     call workspace%reserve(size(q))
     if (.not. workspace%is_known) workspace%is_symmetric = is_symmetric(matrix)
-    workspace%is_known = workspace%keeps_factors
+    workspace%is_known = workspace%has_one_matrix
     tries: do i_try = 1, size(tolerances)
       workspace%tolerance = tolerances(i_try)
       if (size(is_active_start) == size(q)) then
@@ -112,15 +112,19 @@ contains
     type(lcp_solution_t), intent(inout) :: solution
     !> workspace%w is W lambda + q where the problem is solved
     type(lcp_workspace_t), intent(inout) :: workspace
-    logical :: is_done
+    logical :: is_done, was_symmetric
 
     call start_solution(size(q), solution)
     call workspace%reserve(size(q))
-    call workspace%take_other_matrix()
-    workspace%is_symmetric = .false.
+    call workspace%forget_sets()
     if (.not. all(ieee_is_finite(q))) return
+    was_symmetric = workspace%is_symmetric
+    workspace%is_symmetric = .false.
     solution%is_active = is_active_start
     call try_active_set(matrix, q, solution, workspace, is_done)
+    call workspace%forget_sets()
+    ! of the matrix of solve_lcp
+    workspace%is_symmetric = was_symmetric
   end subroutine change_sets
 
   !> Looks for a second solution of a problem that is already solved, by the active set method alone from another start.
@@ -311,12 +315,17 @@ contains
   !> Whether the matrix is exactly symmetric. Callers make a matrix that should be symmetric exactly so.
   pure logical function is_symmetric(matrix)
     real(rk), contiguous, intent(in) :: matrix(:, :)
-    integer :: i, j
+    ! a large matrix is not read column by column in one and row by row in the other order
+    integer, parameter :: tile = 64
+    integer :: first, i, j, last
 
     is_symmetric = .false.
-    do j = 1, size(matrix, 2)
-      do i = j + 1, size(matrix, 1)
-        if (abs(matrix(i, j) - matrix(j, i)) > 0) return
+    do first = 1, size(matrix, 1), tile
+      last = min(first + tile - 1, size(matrix, 1))
+      do j = 1, last
+        do i = max(first, j + 1), last
+          if (abs(matrix(i, j) - matrix(j, i)) > 0) return
+        end do
       end do
     end do
     is_symmetric = .true.

@@ -62,8 +62,10 @@ module sig_lcp_types
     real(rk), allocatable :: row_size(:)
     !> whether lambda inside, or w outside of the set, is negative beyond the tolerance; shape (capacity)
     logical, allocatable :: is_violated(:)
-    !> whether W is the same in all problems of solve_lcp: then it is looked at once, and factors are kept from one set to the next.
-    !> Answers then depend, by rounding, on the sets before (forget_sets)
+    !> whether W is the same in all problems of solve_lcp: then it is looked at once
+    logical :: has_one_matrix = .false.
+    !> whether, in addition, factors are kept from one set to the next. Answers then depend, by rounding, on the sets before
+    !> (forget_sets)
     logical :: keeps_factors = .false.
     !> W has been looked at: it is finite, and is_symmetric is set
     logical :: is_known = .false.

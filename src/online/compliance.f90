@@ -61,6 +61,8 @@ module sig_compliance
     integer, allocatable :: anchors(:)
     !> [length/force] scale of the anchors
     real(rk) :: scale = 1
+    !> [length/force] at most the smallest eigenvalue of a fixed W of the rows that are not anchors; 0: not known
+    real(rk) :: least_eigenvalue = 0
     !> [sqrt(force*length)] largest size of the forces in training, in the norm of W
     real(rk) :: largest_size = 0
     !> [sqrt(force*length)] largest size of the displacement in training, in the norm of the stiffness
@@ -570,6 +572,8 @@ contains
     call file%write(group // '/anchors', self%anchors, description='contacts that hold bodies which nothing else holds, 1-based')
     call file%write(group // '/scale', self%scale, length // '/(' // force // ')', &
       'the unknown of an anchor is its opening over this scale, not its force; its row gives force times scale, not its opening')
+    call file%write(group // '/least_eigenvalue', self%least_eigenvalue, length // '/(' // force // ')', &
+      'at most the smallest eigenvalue of the compliance without anchors; 0: not known')
     call file%write(group // '/largest_size', self%largest_size, 'sqrt(' // force // '*' // length // ')', &
       'largest size of the contact forces in training, in the norm of the compliance')
   end subroutine write_anchors
@@ -596,6 +600,8 @@ contains
 
     call file%read(group // '/anchors', self%anchors, error)
     call file%read(group // '/scale', self%scale, error)
+    ! earlier versions do not have it
+    if (file%has(group // '/least_eigenvalue')) call file%read(group // '/least_eigenvalue', self%least_eigenvalue, error)
     call file%read(group // '/largest_size', self%largest_size, error)
   end subroutine read_anchors
 end module sig_compliance

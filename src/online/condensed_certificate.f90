@@ -73,7 +73,11 @@ contains
     real(rk), pointer, contiguous :: matrix(:, :)
 
     matrix => compliance%matrix(point)
-    call bound%create(matrix(self%free_rows, self%free_rows))
+    if (size(compliance%anchors) == 0) then
+      call bound%create(matrix, compliance%least_eigenvalue)
+    else
+      call bound%create(matrix(self%free_rows, self%free_rows), compliance%least_eigenvalue)
+    end if
   end subroutine factor
 
   !> Whether there are bounds: W has a bound of its own error and, where it is fixed, it is positive definite without the anchors.

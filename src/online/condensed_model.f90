@@ -192,6 +192,7 @@ contains
     allocate (own)
     call self%compliance%create_point(own%point)
     allocate (own%opening(n), own%start(n))
+    own%workspace%has_one_matrix = self%compliance%is_fixed()
     if (allocated(self%steps)) call own%memory%begin(self%steps)
     call move_alloc(own, room)
   end subroutine create_room
@@ -233,7 +234,7 @@ contains
 
     select type (room)
     type is (condensed_room_t)
-      room%workspace%keeps_factors = self%compliance%is_fixed()
+      room%workspace%keeps_factors = room%workspace%has_one_matrix
     end select
   end subroutine keep_factors
 

@@ -47,6 +47,10 @@ module sig_fixed_compliance
     type(pivot_sets_t) :: pivots
     !> of W and q, from `prepare`
     type(lcp_sizes_t), private :: sizes
+    !> terms of q that open one row alone, such as the gaps of a moving obstacle, where most terms do: term, row and [length per
+    !> unit of theta] opening of each; and the other terms. Not allocated where most terms open many rows
+    integer, allocatable, private :: lone_terms(:), lone_rows(:), other_terms(:)
+    real(rk), allocatable, private :: lone_openings(:)
   contains
     procedure :: kind => kind_of
     procedure :: complete
@@ -130,6 +134,7 @@ contains
       if (.not. is_matrix(self%free_energy, min(n_loads, sizes%n_terms), n_loads)) name = 'free_energy'
       if (.not. is_matrix(self%shared_energy, sizes%n_multipliers, n_loads)) name = 'shared_energy'
       if (.not. ieee_is_finite(self%largest_field)) name = 'largest_field'
+      if (.not. (ieee_is_finite(self%least_eigenvalue) .and. self%least_eigenvalue >= 0)) name = 'least_eigenvalue'
     end associate
     if (len(name) == 0) name = self%field%mismatch(sizes%n_dofs, sizes%n_multipliers, size(self%anchors))
   end function field_mismatch
@@ -212,8 +217,49 @@ contains
     class(fixed_compliance_t), intent(inout) :: self
 
     call self%sizes%create(self%compliance, self%free_opening)
+    call find_lone_terms(self)
     call self%pivots%prepare(transform_scale(self%compliance), self%free_opening, self%start_sets)
   end subroutine prepare
+
+  !> Finds the terms that open one row alone, if these are most of them.
+  subroutine find_lone_terms(self)
+    type(fixed_compliance_t), intent(inout) :: self
+    integer :: n_opened(size(self%free_opening, 2)), t
+
+    if (allocated(self%lone_terms)) deallocate (self%lone_terms, self%lone_rows, self%other_terms, self%lone_openings)
+    n_opened = count(abs(self%free_opening) > 0, dim=1)
+    if (2 * count(n_opened == 1) <= size(n_opened)) return
+    self%lone_terms = pack([(t, t=1, size(n_opened))], n_opened == 1)
+    self%other_terms = pack([(t, t=1, size(n_opened))], n_opened > 1)
+    self%lone_rows = [(maxloc(abs(self%free_opening(:, self%lone_terms(t))), dim=1), t=1, size(self%lone_terms))]
+    self%lone_openings = [(self%free_opening(self%lone_rows(t), self%lone_terms(t)), t=1, size(self%lone_terms))]
+  end subroutine find_lone_terms
+
+  !> Computes the sum of the terms, self%free_opening theta.
+  subroutine add_up_terms(self, theta, opening)
+    type(fixed_compliance_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    real(rk), contiguous, intent(inout) :: opening(:)
+    integer :: i, k
+
+    if (.not. allocated(self%lone_terms)) then
+      call multiply(1.0_rk, self%free_opening, theta, 0.0_rk, opening)
+      return
+    end if
+    opening = 0
+    do i = 1, size(self%other_terms)
+      associate (t => self%other_terms(i))
+        do k = 1, size(opening)
+          opening(k) = opening(k) + theta(t) * self%free_opening(k, t)
+        end do
+      end associate
+    end do
+    do i = 1, size(self%lone_terms)
+      associate (k => self%lone_rows(i))
+        opening(k) = opening(k) + theta(self%lone_terms(i)) * self%lone_openings(i)
+      end associate
+    end do
+  end subroutine add_up_terms
 
   !> Solves by the pivot transform of the reference of a training point, if there is one.
   subroutine solve_near(self, nearest, theta, start, point, solution, workspace, unknowns, is_tried)
@@ -243,7 +289,7 @@ contains
     integer :: i
 
     is_valid = .true.
-    call multiply(1.0_rk, self%free_opening, theta, 0.0_rk, point%opening)
+    call add_up_terms(self, theta, point%opening)
     do i = 1, size(self%anchors)
       associate (row => self%anchors(i))
         if (abs(point%opening(row)) <= rounding * sum(abs(self%free_opening(row, :) * theta))) point%opening(row) = 0

@@ -3,7 +3,7 @@
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
   use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, inelastic_model_size, inelastic_training_size, law_place, &
-    model_size, most_references, plan_displacements
+    model_size, most_references, number_size, plan_displacements, room_for_forces
   use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -103,6 +103,7 @@ contains
       return
     end if
     if (n_training == 0) return
+    call append_text(lines, room_text(problem))
     associate (plan => problem%plan, sizes => problem%sizes)
       cost = sweep_cost(plan%type, plan%linear, sizes, n_training)
       call append_text(lines, 'predicted: sampling of ' // counted(n_training, 'point') // ': ' // text_of(cost))
@@ -124,6 +125,20 @@ contains
       call append_text(lines, 'predicted: validation at ' // counted(n_test, 'point') // ': ' // text_of(cost))
     end associate
   end function stage_lines
+
+  !> Returns how large a model may be, and how many contacts have room in it.
+  function room_text(problem) result(text)
+    type(problem_t), intent(in) :: problem
+    character(:), allocatable :: text
+    real(rk), parameter :: bytes_per_megabyte = 1.0e6_rk
+
+    associate (reduction => problem%deck%reduction)
+      text = 'memory: a model may take ' // memory_text(bytes_per_megabyte * reduction%max_full_order_size) // &
+        ' (reduction.max_full_order_size), of this the matrix of all contacts ' // &
+        memory_text(bytes_per_megabyte * room_for_forces(reduction)) // ', which is enough for ' // &
+        counted(int(sqrt(room_for_forces(reduction) / number_size)), 'contact row')
+    end associate
+  end function room_text
 
   !> Appends what the stages take where materials flow; times of histories are rough, because steps that do not converge are cut.
   subroutine add_flow_lines(problem, n_training, n_test, lines)

@@ -8,8 +8,9 @@ build/venv/bin/python tests/benchmark/large_contact.py flange --points 50 --set 
 Answers of `predict` against the full-order solver at random points of the box; then medians of single queries by the C
 interface, and of a primal-dual active set on W lambda + q from model.h5 that starts at the closed pairs of the nearest
 training point and factors W_AA by LAPACK in every pass: time, and operations, |A|^3 / 3 + 2 q |A| per pass. A query that
-changes k pairs of a reference takes 2 k^3 / 3 + 2 q k per pass, 2 q n_terms for the transformed q, and with the openings
-and the bound of all pairs 2 q |A| + q^2 more. Ratios are of each point; the worst point has the smallest.
+changes k pairs of a reference takes 2 k^3 / 3 + 2 q k per pass, 2 q n_terms for the transformed q, and 2 q |A| more
+for the openings of all pairs. Training keeps transforms only where they pay; without them a query takes the
+operations of the dense solver. Ratios are of each point; the worst point has the smallest.
 """
 
 import csv
@@ -150,7 +151,7 @@ class DenseProblem:
 
 
 class TransformedProblem:
-    """The same with principal pivot transforms, as a query does it: counts operations."""
+    """The same with principal pivot transforms, as a query does it where there are some: counts operations."""
 
     def __init__(self, path):
         """Read the transforms and the sets."""
@@ -163,8 +164,11 @@ class TransformedProblem:
             self.references = self.sets[group["reference_points"][()] - 1]
             self.columns = group["transforms"][()].reshape(len(self.references), n, n)
 
-    def count(self, q, n_terms, i_nearest):
-        """Operations of a query, pairs that its last set changes, passes."""
+    def count(self, q, n_terms, i_nearest, dense):
+        """Operations of a query, pairs that its last set changes, passes; `dense`: both without transforms."""
+        if not len(self.references):
+            n_closed = self.sets[i_nearest].sum()
+            return dense[0] + 2.0 * len(q) * (n_terms + n_closed), n_closed, dense[1]
         i_reference = self.reference_of_point[i_nearest]
         columns, reference = self.columns[i_reference], self.references[i_reference]
         q = np.where(reference, 0.0, q) - q[reference] @ columns[reference]
@@ -180,7 +184,7 @@ class TransformedProblem:
             following = np.where(is_changed, z >= -smallest[0], w < -smallest[1])
             if (following == is_changed).all():
                 n_closed = (is_changed ^ reference).sum()
-                return operations + 2.0 * n * n_closed + float(n) ** 2, len(changed), i_pass
+                return operations + 2.0 * n * n_closed, len(changed), i_pass
             is_changed = following
         sys.exit("the transformed problem did not converge")
 
@@ -200,9 +204,8 @@ def time_dense(results, names, points):
         q = problem.opening(point)
         forces, operations, n_passes = problem.solve(q, sets[nearest])
         elapsed = time.perf_counter() - start
-        found.append(
-            (forces, elapsed, operations, n_passes, *transformed.count(q, len(problem.openings), nearest))
-        )
+        counts = transformed.count(q, len(problem.openings), nearest, (operations, n_passes))
+        found.append((forces, elapsed, operations, n_passes, *counts))
     return [np.array(values) for values in zip(*found, strict=True)]
 
 

@@ -18,7 +18,7 @@ module sig_condensed_plan
   public :: all_dofs_fit
   public :: why_not_condensed
   public :: inelastic_model_size, inelastic_training_size, law_place
-  public :: model_size, most_references, number_size, room_for_forces
+  public :: model_size, most_references, number_size, room_for_forces, room_for_transforms
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
@@ -256,15 +256,23 @@ contains
     end associate
   end function why_not_condensed
 
-  !> [MB] Returns the largest size of W and q: reduction.max_full_order_size; where this is auto, at most that of 5000 contacts,
-  !> because the time for a point grows with the third power of their number.
+  !> [MB] Returns the largest size of W and q: reduction.max_full_order_size; where this is auto, a third of it, because answers
+  !> need work space of that size, and pivot transforms.
   pure real(rk) function room_for_forces(reduction) result(room)
     type(reduction_config_t), intent(in) :: reduction
-    integer, parameter :: usual_contacts = 5000
 
     room = reduction%max_full_order_size
-    if (reduction%is_size_auto) room = min(room, number_size * real(usual_contacts, rk)**2)
+    if (reduction%is_size_auto) room = room / 3
   end function room_for_forces
+
+  !> [MB] Returns the largest size of all pivot transforms: reduction.max_transforms_size; where this is auto, a third of
+  !> reduction.max_full_order_size.
+  pure real(rk) function room_for_transforms(reduction) result(room)
+    type(reduction_config_t), intent(in) :: reduction
+
+    room = reduction%max_transforms_size
+    if (reduction%is_transforms_size_auto) room = reduction%max_full_order_size / 3
+  end function room_for_transforms
 
   !> [MB] Returns the memory for W and q (of all terms). One MB is 1e6 bytes.
   pure real(rk) function forces_size(problem)
@@ -284,7 +292,7 @@ contains
 
     plan = plan_displacements(problem)
     associate (reduction => problem%deck%reduction, n_rows => real(problem%force_rows%n_rows, rk))
-      megabytes = forces_size(problem) + min(reduction%max_transforms_size, most_references * number_size * n_rows**2)
+      megabytes = forces_size(problem) + min(room_for_transforms(reduction), most_references * number_size * n_rows**2)
       per_dof = number_size * (n_rows + problem%boundary%n_terms)
       megabytes = megabytes + size(plan%exact_dofs) * per_dof
       if (plan%has_modes) megabytes = megabytes + &

@@ -5,7 +5,8 @@
 module sig_condensed_training
   use sig_condensed, only: condensed_t
   use sig_condensed_model, only: condensed_model_t
-  use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, why_not_condensed
+  use sig_condensed_plan, only: all_dofs_fit, displacement_plan_t, plan_displacements, room_for_transforms, &
+    why_not_condensed
   use sig_contact_field, only: contact_field_t
   use sig_contact_field_training, only: add_contact_field, measure_displacements
   use sig_contact_responses, only: columns_at_once
@@ -13,6 +14,7 @@ module sig_condensed_training
   use sig_fixed_compliance, only: fixed_compliance_t
   use sig_full_order, only: full_order_t, team_t
   use sig_kinds, only: rk
+  use sig_least_eigenvalue, only: bound_of_eigenvalues
   use sig_linear_algebra, only: multiply
   use sig_log, only: log_info, log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
@@ -65,6 +67,7 @@ contains
       return
     end if
     call measure_forces(multipliers, fixed)
+    call bound_compliance(fixed)
     call drop_idle_terms(fixed)
     allocate (model)
     call move_alloc(fixed, model%compliance)
@@ -108,9 +111,10 @@ contains
     model%laws = full_order%problem%laws
     fixed => fixed_of(model)
     call measure_forces(snapshots%forces(), fixed)
+    call bound_compliance(fixed)
     if (model%laws%is_plain() .and. .not. full_order%problem%flow%is_there()) then
       fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
-      call choose_references(full_order%problem%deck%reduction%max_transforms_size, fixed, error)
+      call choose_references(room_for_transforms(full_order%problem%deck%reduction), fixed, error)
       call drop_inaccurate_references(full_order%problem, snapshots, model)
     else
       ! a contact that slips has no complementary pair, which a pivot could exchange, and pivot transforms of q know nothing of
@@ -267,6 +271,16 @@ contains
     PetscCall(broadcast_columns(data%free_response, PETSC_COMM_WORLD, ierr))
     PetscCall(broadcast_columns(data%contact_response, PETSC_COMM_WORLD, ierr))
   end subroutine agree
+
+  !> Sets the bound of the eigenvalues of W, from which certificates follow. Local, with the same result on each rank.
+  subroutine bound_compliance(data)
+    type(fixed_compliance_t), intent(inout) :: data
+    integer, allocatable :: free_rows(:)
+    integer :: i
+
+    free_rows = pack([(i, i=1, data%n_rows())], [(all(data%anchors /= i), i=1, data%n_rows())])
+    data%least_eigenvalue = bound_of_eigenvalues(data%compliance(free_rows, free_rows))
+  end subroutine bound_compliance
 
   !> Raises data%largest_size to the largest norm of the contact forces of one point in the norm of W, without the forces of the
   !> anchors.

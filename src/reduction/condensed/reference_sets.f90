@@ -15,6 +15,8 @@ module sig_reference_sets
   private
   public :: choose_references, group_sets, start_sets_of
 
+  !> usual number of steps of the active set method
+  real(rk), parameter :: steps = 3
   !> most candidates; of more sets only every n-th is a candidate, because dissimilarities of all pairs would take long
   integer, parameter :: most_candidates = 1000
 
@@ -36,9 +38,9 @@ contains
     sets = pack_columns(is_active)
   end function start_sets_of
 
-  !> Sets reference_points (at most 32 training points), reference_of_point and transforms of data%pivots. A reference whose
-  !> transform does not exist is left out; where none exists, all three are empty. Where max_size does not allow one transform there
-  !> are no references: the lists are empty, and transforms is not set.
+  !> Sets reference_points (at most 32 training points), reference_of_point and transforms of data%pivots, as many as pay. A
+  !> reference whose transform does not exist is left out; where none exists, all three are empty. Where none pays, or max_size does
+  !> not allow one transform, there are no references: the lists are empty, and transforms is not set.
   !>
   !> Errors: those of find_medoids; then the lists are empty.
   subroutine choose_references(max_size, data, error)
@@ -50,8 +52,7 @@ contains
     type(fixed_compliance_t), intent(inout) :: data
     type(error_t), allocatable, intent(out) :: error
     logical, allocatable :: sets(:, :)
-    integer, allocatable :: candidates(:)
-    type(medoids_t) :: found
+    integer, allocatable :: candidates(:), medoids(:)
     integer :: i, n, n_references
 
     n = size(data%compliance, 1)
@@ -64,11 +65,72 @@ contains
     candidates = candidates([(1 + (i - 1) * (1 + (size(candidates) - 1) / most_candidates), &
       i=1, 1 + (size(candidates) - 1) / (1 + (size(candidates) - 1) / most_candidates))])
     n_references = min(n_references, size(candidates))
-    call find_medoids(differences(sets(:, candidates)), n_references, k_medoids_options_t(n_starts=1), found, error)
-    if (allocated(error)) return
-    call transform_sets(candidates(found%medoids), sets, data)
+    call find_references(n, size(data%free_opening, 2), sets(:, candidates), n_references, medoids, error)
+    if (allocated(error) .or. size(medoids) == 0) return
+    call transform_sets(candidates(medoids), sets, data)
     if (size(data%pivots%reference_points) > 0) data%pivots%reference_of_point = nearest_sets(sets, data%pivots%reference_points)
   end subroutine choose_references
+
+  !> Finds the references: medoids of the candidates, the smallest number that makes queries nearly as fast as any number up to the
+  !> largest; none where even that gains little over W itself. A query for a few closed contacts of many has no use for a transform.
+  !>
+  !> Errors: those of find_medoids.
+  subroutine find_references(n_rows, n_terms, sets, largest_number, medoids, error)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_terms
+    !> active sets of the candidates, shape (n_rows, n_candidates)
+    logical, intent(in) :: sets(:, :)
+    !> at most n_candidates
+    integer, intent(in) :: largest_number
+    !> numbers of candidates
+    integer, allocatable, intent(out) :: medoids(:)
+    type(error_t), allocatable, intent(out) :: error
+    !> [-] operations that count as nearly as few, and as a gain
+    real(rk), parameter :: nearly = 1.1_rk, gain = 0.8_rk
+    real(rk) :: distances(size(sets, 2), size(sets, 2)), to_neighbor(size(sets, 2)), fewest
+    type(medoids_t) :: found
+    integer :: i, n
+
+    distances = differences(sets)
+    to_neighbor = [(minval(distances(:, i), mask=[(n /= i, n=1, size(sets, 2))]), i=1, size(sets, 2))]
+    if (size(sets, 2) == 1) to_neighbor = 0
+    allocate (medoids(0))
+    fewest = gain * sum(operations_with_all(n_rows, real(count(sets, dim=1), rk)))
+    n = 1
+    do
+      call find_medoids(distances, n, k_medoids_options_t(n_starts=1), found, error)
+      if (allocated(error)) return
+      associate (changes => max(to_neighbor, minval(distances(:, found%medoids), dim=2)))
+        associate (operations => sum(operations_with_transform(n_rows, n_terms, real(count(sets, dim=1), rk), changes)))
+          if (operations < fewest / merge(1.0_rk, nearly, size(medoids) == 0)) then
+            medoids = found%medoids
+            fewest = operations
+          end if
+        end associate
+      end associate
+      if (n == largest_number) exit
+      n = min(2 * n, largest_number)
+    end do
+  end subroutine find_references
+
+  !> Returns the operations of a query that factors W of the closed contacts in each step.
+  elemental real(rk) function operations_with_all(n_rows, n_closed) result(operations)
+    integer, intent(in) :: n_rows
+    real(rk), intent(in) :: n_closed
+
+    operations = steps * (n_closed**3 / 3 + 2 * n_rows * n_closed) + 2 * n_rows * n_closed
+  end function operations_with_all
+
+  !> Returns the operations of a query that changes some contacts of a reference in each step, and computes all openings from the
+  !> closed ones in the end.
+  elemental real(rk) function operations_with_transform(n_rows, n_terms, n_closed, n_changes) result(operations)
+    integer, intent(in) :: n_rows
+    integer, intent(in) :: n_terms
+    real(rk), intent(in) :: n_closed
+    real(rk), intent(in) :: n_changes
+
+    operations = steps * (2 * n_changes**3 / 3 + 2 * n_rows * n_changes) + 2 * n_rows * (n_terms + n_closed)
+  end function operations_with_transform
 
   !> Divides sets into groups whose sets differ little. Each set belongs to the medoid from which it differs in the fewest contacts;
   !> of equally near medoids to the first.
