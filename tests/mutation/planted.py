@@ -761,8 +761,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "workflow/selection/selection_by_audit.F90",
-        "limits%tolerance = rounds%problem%deck%reduction%inelastic_tolerance / ratio",
-        "limits%tolerance = rounds%problem%deck%reduction%inelastic_tolerance * ratio",
+        "limits%tolerance = self%problem%deck%reduction%inelastic_tolerance / ratio",
+        "limits%tolerance = self%problem%deck%reduction%inelastic_tolerance * ratio",
         "estimates are compared with the tolerance by the wrong side of the ratio",
         "integration.test_flow_greedy",
     ),
