@@ -101,6 +101,12 @@ def save(figure: Figure, path: Path) -> None:
     The file has no date, so that two runs write the same bytes. OSError if it cannot be written.
     """
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    layout = figure.get_layout_engine()
+    if path.suffix == ".png" and layout is not None:
+        # with a layout left to do, Matplotlib draws a figure twice
+        figure.set_dpi(RESOLUTION)
+        layout.execute(figure)
+        figure.set_layout_engine(None)
     figure.savefig(path, dpi=RESOLUTION, metadata=metadata.get(path.suffix, {}))
 
 

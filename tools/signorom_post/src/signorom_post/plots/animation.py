@@ -76,16 +76,20 @@ def animate(
     axes = figure.subplots()
     label = with_unit(name.replace("_", " "), fields.field(points[0], name).unit)
     figure.colorbar(ScalarMappable(norm, SEQUENTIAL), ax=axes, label=label, shrink=0.85)
+    if towards is None:
+        draw_mesh(axes, mesh, mesh.coordinates[:, :2], "white")
+        frame(axes, everywhere[:, :2], mesh.unit, names)
+    else:
+        frame_surface(axes, everywhere, mesh.unit, towards)
+    fixed = axes.get_children()
     with writer.saving(figure, str(path), RESOLUTION):
         for i, (title, place, value) in enumerate(zip(titles, places, values, strict=True)):
-            axes.clear()
+            for artist in set(axes.get_children()).difference(fixed):
+                artist.remove()
             if towards is None:
-                draw_mesh(axes, mesh, mesh.coordinates[:, :2], "white")
                 draw_shaded(axes, mesh, place[:, :2], value, (float(norm.vmin), float(norm.vmax)))
-                frame(axes, everywhere[:, :2], mesh.unit, names)
             else:
                 _draw_solid(axes, fields, place, norm, value, towards)
-                frame_surface(axes, everywhere, mesh.unit, towards)
             axes.set_title(title)
             if i == 0:  # otherwise the pictures jump
                 figure.draw_without_rendering()
