@@ -23,6 +23,11 @@ if(EXISTS /proc/cpuinfo)
 endif()
 # Without bytecode, which a variable of the user may forbid, each of some hundred processes compiles what it imports.
 list(APPEND SIG_TEST_ENVIRONMENT PYTHONDONTWRITEBYTECODE= "PYTHONPYCACHEPREFIX=${PROJECT_BINARY_DIR}/bytecode")
+# The program waits until its files are on the disk; those of tests need none, and take some 10 MB.
+execute_process(COMMAND df --output=avail /dev/shm OUTPUT_VARIABLE kilobytes ERROR_QUIET)
+if(kilobytes MATCHES "([0-9]+)" AND CMAKE_MATCH_1 GREATER 2000000)
+  list(APPEND SIG_TEST_ENVIRONMENT TMPDIR=/dev/shm)
+endif()
 if(user_number STREQUAL "0") # Open MPI refuses to run as root unless told twice
   list(APPEND SIG_TEST_ENVIRONMENT OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1)
 endif()
