@@ -85,7 +85,8 @@ contains
         state%is_active(steps%laws%rows_of(k)) = .not. is_open(k)
       end do
     end associate
+    ! the amplitudes close anchors
     if (state%reason /= reason_converged .and. size(anchors%rows) > 0) &
-      state%drift = matmul(anchors%amplitudes, steps%motion(memory))
+      state%drift = -matmul(anchors%amplitudes, steps%motion(memory))
   end subroutine take_answer
 end module sig_friction_histories

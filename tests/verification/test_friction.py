@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Coulomb friction over histories: random blocks against sweeps, and problems with closed forms (D21 to D28)."""
 
+import re
+
 import h5py
 import numpy as np
 import pytest
@@ -547,6 +549,25 @@ def test_block_on_a_slope(signorom, tmp_path, figures, share):
     problem = f"block on a slope, f = {share} tan(angle)"
     figures.compare(
         problem, "force along the slope", -forces.resultant[1][1, 0], along, BALANCE, "equilibrium", "N"
+    )
+
+
+@pytest.mark.parametrize("solver", ["condensed", "active_set, linear: cholesky", "active_set, linear: gamg"])
+@pytest.mark.parametrize(
+    ("degrees", "share"), [(20, 0.95), (40, 0.5), (40, 0.8), (40, 0.9), (40, 0.999), (60, 0.8)]
+)
+def test_solvers_say_what_slides(signorom, tmp_path, solver, degrees, share):
+    """A body, its motion down the slope, and the time, also where solutions are not accurate at first."""
+    angle = np.radians(degrees)
+    load = "{region: upper, body_force: {y: -weight}}"
+    deck = write_slope(tmp_path, angle, load, share * np.tan(angle))
+    text = deck.read_text().replace("mu: {min: 0, max: 1}", "mu: {min: 0, max: 3}")
+    deck.write_text(text + f"solver: {{type: {solver}}}\n")
+    said = signorom.run("solve", deck, folder=tmp_path).stderr
+    assert "time = 0.5 s, weight = 0.5: there is no equilibrium: a body slides" in said
+    along = re.search(r"it moves: 'upper' \(translation along \((\S+), (\S+)\)\)", said)
+    assert [float(part) for part in along.groups()] == pytest.approx(
+        [-np.cos(angle), -np.sin(angle)], abs=1e-3
     )
 
 
