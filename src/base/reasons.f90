@@ -32,6 +32,8 @@ module sig_reasons
   integer, parameter, public :: reason_large_bound = -13
   !> tied: a contact that is open, or closed, at all training points of a cluster is not so at this point
   integer, parameter, public :: reason_outside = -15
+  !> the same with friction: such a contact opens, closes or slips
+  integer, parameter, public :: reason_outside_friction = -14
   !> nothing touches in the reduced integration domain, but the loads or the gaps say that something does elsewhere
   integer, parameter, public :: reason_blind = -16
   !> the reduced stiffness is singular with the elastic constants of the point
@@ -110,6 +112,8 @@ contains
       text = 'the error may be larger than certificate.max_error allows'
     case (reason_outside)
       text = 'a contact opens or closes that does not change at the training points nearby'
+    case (reason_outside_friction)
+      text = 'a contact opens, closes or slips that does not change at the training points'
     case (reason_blind)
       text = 'no contact closes in the reduced integration domain, but the loads or gaps close contacts elsewhere'
     case (reason_singular)

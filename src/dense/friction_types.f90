@@ -245,7 +245,7 @@ contains
     type(friction_contacts_t), intent(in) :: contacts
 
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
-      if (n > self%capacity) then
+      if (n > self%capacity .or. .not. allocated(self%free)) then
         if (allocated(self%free)) deallocate (self%free, self%w, self%row_size, self%unknowns, self%factors, self%pivots, self%x, &
           self%work, self%signs, self%kept%unknowns, self%kept%places, self%kept%y, self%kept%z, self%kept%basis, self%kept%images)
         allocate (self%free(n), self%w(n), self%row_size(n), self%unknowns(n), self%factors(n, n), self%pivots(n), self%x(n), &
@@ -258,7 +258,7 @@ contains
         if (allocated(self%kept%states)) self%kept%is_set = self%kept%is_set .and. size(self%kept%states) == n_contacts
         self%capacity = n
       end if
-      if (n_contacts > self%contact_capacity) then
+      if (n_contacts > self%contact_capacity .or. .not. allocated(self%c)) then
         if (allocated(self%c)) deallocate (self%c, self%states, self%directions, self%softness, self%history)
         allocate (self%c(2, n_contacts), self%states(n_contacts), self%directions(2, n_contacts), self%softness(n_contacts), &
           self%history(n_contacts, most_steps))

@@ -23,6 +23,7 @@ module sig_contact_laws
     procedure :: friction_at
     procedure :: has_negative_friction
     procedure :: contacts_of_forces
+    procedure :: of_contacts
   end type contact_laws_t
 
 contains
@@ -112,4 +113,33 @@ contains
       contacts(self%rows_of(k)) = k
     end do
   end function contacts_of_forces
+
+  !> Returns the laws of some contacts alone. Their forces keep their order: row k is the k-th of the rows of these contacts.
+  pure type(contact_laws_t) function of_contacts(self, is_taken) result(laws)
+    class(contact_laws_t), intent(in) :: self
+    !> shape (n_contacts)
+    logical, intent(in) :: is_taken(:)
+    integer :: contacts(self%n_forces()), places(0:self%n_forces())
+    integer :: i, k, n
+
+    contacts = self%contacts_of_forces()
+    places = 0
+    n = 0
+    do k = 1, size(contacts)
+      if (.not. is_taken(contacts(k))) cycle
+      n = n + 1
+      places(k) = n
+    end do
+    associate (taken => pack([(k, k=1, self%n_contacts)], is_taken))
+      laws%n_contacts = size(taken)
+      allocate (laws%tangents(2, size(taken)))
+      do i = 1, 2
+        laws%tangents(i, :) = places(self%tangents(i, taken))
+      end do
+      laws%directions = self%directions(:, taken)
+      laws%is_tied = self%is_tied(taken)
+      laws%friction_factors = self%friction_factors(taken)
+      laws%friction_terms = self%friction_terms(taken)
+    end associate
+  end function of_contacts
 end module sig_contact_laws

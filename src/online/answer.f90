@@ -91,6 +91,7 @@ module sig_answer
     procedure :: start
     procedure :: take_solution
     procedure :: take_all_forces
+    procedure :: reserve_slips
     procedure :: take_bound
     procedure :: take_displacement_bound
     procedure :: drop_bounds
@@ -150,6 +151,18 @@ contains
     if (.not. allocated(values)) allocate (values(n))
     values = 0
   end subroutine resize
+
+  !> Allocates slip and slips for all contacts, if they do not have their sizes already.
+  pure subroutine reserve_slips(self, n_contacts)
+    class(answer_t), intent(inout) :: self
+    integer, intent(in) :: n_contacts
+
+    call resize(self%slip, size(self%multipliers))
+    if (allocated(self%slips)) then
+      if (size(self%slips) /= n_contacts) deallocate (self%slips)
+    end if
+    if (.not. allocated(self%slips)) allocate (self%slips(n_contacts))
+  end subroutine reserve_slips
 
   !> Copies reason and residual of `solution`, sets the method, and adds the iterations of `solution` to n_iterations. n_solutions
   !> becomes 1, or 0 without a solution (reason <= 0). The forces are not copied.

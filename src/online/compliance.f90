@@ -15,6 +15,7 @@
 module sig_compliance
   use sig_answer, only: answer_t, comparable_size, no_bound
   use sig_bits, only: n_words, unpack_bits
+  use sig_contact_laws, only: contact_laws_t
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
   use sig_hdf5_reader, only: h5_reader_t
@@ -87,7 +88,9 @@ module sig_compliance
     procedure :: first_system => first_of_one
     procedure :: start_from => usual_start
     procedure :: expand => take_forces
+    procedure :: expand_step => nothing_to_complete
     procedure :: expand_changes => nothing_to_expand
+    procedure :: laws_of_unknowns => all_laws
     procedure :: n_modes => no_coordinates
     procedure :: solve_modes => nothing_to_solve
     procedure :: complete_gradient => nothing_to_add
@@ -327,6 +330,31 @@ contains
       end associate
     end do
   end subroutine take_forces
+
+  !> Returns the laws of the contacts whose forces are unknowns, from those of all contacts. In this default all are unknowns.
+  pure function all_laws(self, laws) result(own)
+    class(compliance_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
+    type(contact_laws_t) :: own
+
+    own = laws
+  end function all_laws
+
+  !> Computes forces and slips of all contacts after a step of a history. This default does nothing, as all rows are unknowns.
+  subroutine nothing_to_complete(self, theta, point, answer, is_valid)
+    class(compliance_t), intent(in) :: self
+    !> shape (n_terms)
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> after evaluate
+    type(compliance_point_t), intent(in) :: point
+    !> in: the first multipliers, slip and slips are those of the rows, and contacts, that are unknowns; out: those of all. slip and
+    !> slips are there only if contacts remember
+    type(answer_t), intent(inout) :: answer
+    !> false: contacts that are no unknowns break their laws, so that there is no answer
+    logical, intent(out) :: is_valid
+
+    is_valid = .true.
+  end subroutine nothing_to_complete
 
   !> Computes the derivatives of the forces of all rows from those of the unknowns, which gradient%multipliers has. This default
   !> does nothing, as all rows are unknowns.

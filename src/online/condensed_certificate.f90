@@ -47,7 +47,7 @@ contains
 
     n = compliance%n_rows()
     self%free_rows = pack([(i, i=1, n)], [(all(compliance%anchors /= i), i=1, n)])
-    if (.not. compliance%is_fixed()) return
+    if (.not. (compliance%is_fixed() .and. compliance%has_bound())) return
     call compliance%create_point(point)
     call factor(self, compliance, point, self%bound)
     call self%bodies%create(compliance%anchors, compliance%scale, work_of_anchors(compliance, point))

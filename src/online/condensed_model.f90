@@ -23,8 +23,8 @@ module sig_condensed_model
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_linear_algebra, only: multiply
   use sig_model_data, only: model_sizes_t
-  use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_pulled_off, &
-    reason_ray
+  use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_outside_friction, &
+    reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_text, only: fine_digits, short_number
   implicit none(type, external)
@@ -163,7 +163,7 @@ contains
     type(contact_laws_t), intent(in) :: laws
 
     if (allocated(self%steps)) deallocate (self%steps)
-    if (.not. laws%is_plain()) call create_steps(self%compliance, laws, self%steps)
+    if (.not. laws%is_plain()) call create_steps(self%compliance, self%compliance%laws_of_unknowns(laws), self%steps)
   end subroutine take_laws
 
   subroutine create_steps(compliance, laws, steps)
@@ -396,16 +396,20 @@ contains
     select type (room)
     type is (condensed_room_t)
       if (allocated(self%steps)) then
-        call solve_step(self%compliance, self%steps, theta, room, answer)
+        call solve_step(self%compliance, self%laws, self%steps, theta, room, answer)
       else
         call try_systems(self%compliance, theta, near, room, answer)
       end if
     end select
   end subroutine solve
 
-  !> Solves the next step of the history in the room. Without an answer the reason is that of solve_friction.
-  subroutine solve_step(compliance, steps, theta, room, answer)
+  !> Solves the next step of the history in the room. Without an answer the reason is that of solve_friction, or
+  !> reason_outside_friction where contacts that are no unknowns break their laws.
+  subroutine solve_step(compliance, laws, steps, theta, room, answer)
     class(compliance_t), target, intent(in) :: compliance
+    !> of all contacts
+    type(contact_laws_t), intent(in) :: laws
+    !> of those whose forces are unknowns
     type(friction_steps_t), target, intent(in) :: steps
     real(rk), contiguous, intent(in) :: theta(:)
     type(condensed_room_t), target, intent(inout) :: room
@@ -415,14 +419,14 @@ contains
     logical :: is_valid
 
     answer%reason = reason_no_material
-    if (steps%laws%has_negative_friction(theta)) then
+    if (laws%has_negative_friction(theta)) then
       answer%reason = reason_no_friction
       return
     end if
     call compliance%evaluate(theta, room%point, is_valid)
     if (.not. is_valid) return
     if (allocated(room%point%other_opening)) room%point%opening = room%point%opening + room%point%other_opening
-    if (steps%laws%remembers()) then
+    if (laws%remembers()) then
       call room%changes%advance()
     else
       call room%changes%begin()
@@ -434,27 +438,34 @@ contains
       call now%create(steps%laws, compliance%anchors, compliance%scale, matrix, .false.)
     end if
     call now%advance(room%point%opening, steps%laws%friction_at(theta), room%memory)
-    associate (solution => room%memory%solution, n => size(answer%multipliers))
+    associate (solution => room%memory%solution, n => size(room%point%opening))
       answer%reason = solution%reason
       answer%method = answer_condensed
       answer%n_iterations = solution%n_steps
       answer%residual = solution%residual
       answer%n_solutions = merge(1, 0, solution%reason > 0)
       if (answer%reason <= 0) return
-      answer%multipliers = solution%lambda(:n)
-      if (steps%laws%remembers()) then
-        answer%slip = room%memory%slip
-        answer%slips = steps%slipping(room%memory)
+      answer%multipliers(:n) = solution%lambda(:n)
+      if (laws%remembers()) then
+        call answer%reserve_slips(laws%n_contacts)
+        answer%slip(:n) = room%memory%slip
+        answer%slips(:steps%laws%n_contacts) = steps%slipping(room%memory)
       end if
-      call steps%fill_unknowns(room%memory, answer%unknowns)
+      call steps%fill_unknowns(room%memory, answer%unknowns(:n))
+      room%opening = room%point%opening
+      call add_few_columns(matrix, answer%unknowns(:n), room%opening)
     end associate
-    room%opening = room%point%opening
-    call add_few_columns(matrix, answer%unknowns, room%opening)
+    call compliance%expand_step(theta, room%point, answer, is_valid)
+    if (.not. is_valid) then
+      answer%reason = reason_outside_friction
+      answer%n_solutions = 0
+      return
+    end if
     call count_free(matrix, compliance, answer)
     call answer%take_all_forces()
     ! contacts are closed, and not their tangential forces
-    answer%is_active(:steps%laws%n_contacts) = steps%laws%are_closed(answer%multipliers)
-    answer%is_active(steps%laws%n_contacts + 1:) = .false.
+    answer%is_active(:laws%n_contacts) = laws%are_closed(answer%multipliers)
+    answer%is_active(laws%n_contacts + 1:) = .false.
     call compliance%solve_modes(room%point, answer)
   end subroutine solve_step
 
@@ -723,8 +734,8 @@ contains
     character(:), allocatable :: note
 
     note = ''
-    if (.not. allocated(self%steps)) return
-    if (.not. self%steps%laws%remembers()) return
+    if (.not. (allocated(self%steps) .and. self%can_certify())) return
+    if (.not. self%laws%remembers()) return
     note = 'error_bound is a backward error of each step'
     associate (friction => self%steps%bounded_friction())
       if (friction > 0) note = note // ', and a bound of its error where all coefficients of friction are below ' // &
@@ -776,11 +787,11 @@ contains
       message = other_side
     end if
     if (allocated(message)) return
-    associate (n => size(answer%unknowns), n_parameters => size(gradient%theta, 2), n_given => gradient%n_given)
+    associate (n => size(room%point%opening), n_parameters => size(gradient%theta, 2), n_given => gradient%n_given)
       allocate (changes(n, n_parameters), friction(steps%laws%n_contacts, n_parameters))
       allocate (origins(steps%n_unknowns(), n_parameters), source=0.0_rk)
       do i = 1, n_parameters
-        call compliance%change_openings(room%point, answer%theta, gradient%theta(:, i), answer%unknowns, changes(:, i))
+        call compliance%change_openings(room%point, answer%theta, gradient%theta(:, i), answer%unknowns(:n), changes(:, i))
         friction(:, i) = steps%laws%friction_at(gradient%theta(:, i))
       end do
       ! the other values of a state are those of its time alone
@@ -801,6 +812,7 @@ contains
       ! the next time needs derivatives over what is the same at all times
       if (derivative%is_singular .or. any(derivative%is_undecided(:n_given))) return
       call gradient%take_step(derivative, compliance%anchors)
+      call compliance%expand_changes(room%point, gradient)
       call room%changes%keep(origins(:, :n_given) - gradient%direction * derivative%openings(:, :n_given), &
         gradient%is_one_sided(:n_given), gradient%direction)
     end associate

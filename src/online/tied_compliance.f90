@@ -4,11 +4,16 @@
 !>
 !> Each cluster is a system. Its solution is one of the whole problem if the forces of the rows taken as closed are not negative,
 !> and the rows taken as open do not penetrate.
+!>
+!> With friction, a closed contact sticks from the beginning of a history on: its tangential rows are tied, too, at the place 0 from
+!> which its first slip would count. This holds as long as its tangential force is within the limit of Coulomb's law. Tied surfaces
+!> are always closed, whatever their forces are. There is one cluster then, because the states of a history follow each other.
 module sig_tied_compliance
   use, intrinsic :: ieee_arithmetic, only: ieee_quiet_nan, ieee_value
   use sig_answer, only: answer_t
-  use sig_bits, only: n_words, unpack_bits
+  use sig_bits, only: unpack_bits
   use sig_compliance, only: compliance_point_t, compliance_t
+  use sig_contact_laws, only: contact_laws_t, laws_without_friction
   use sig_description_line, only: line, modes_text
   use sig_errors, only: error_t
   use sig_fixed_compliance, only: fixed_compliance_t
@@ -25,7 +30,7 @@ module sig_tied_compliance
   private
   public :: tied_cluster_t, tied_compliance_t
 
-  !> status of a row in a cluster
+  !> status of a row in a cluster; the rows of a contact have the same
   integer, parameter, public :: row_open = 0, row_closed = 1, row_changing = 2
 
   !> One cluster. Each row has a value: its force if it is closed, else its opening. The values of all rows are
@@ -45,6 +50,8 @@ module sig_tied_compliance
 
   type, extends(compliance_t) :: tied_compliance_t
     type(tied_cluster_t), allocatable :: clusters(:)
+    !> of all contacts; `complete` sets them
+    type(contact_laws_t), private :: laws
     !> cluster of each training point, 1-based, shape (n_points)
     integer, allocatable :: cluster_of_point(:)
   contains
@@ -64,7 +71,9 @@ module sig_tied_compliance
     procedure :: evaluate
     procedure :: matrix
     procedure :: expand
+    procedure :: expand_step
     procedure :: expand_changes
+    procedure :: laws_of_unknowns
     procedure :: opening_terms
     procedure :: drop_rounding
     procedure :: change_openings
@@ -98,6 +107,8 @@ contains
     integer :: i
 
     call self%complete_shared(sizes)
+    self%laws = sizes%laws
+    if (.not. allocated(self%laws%tangents)) self%laws = laws_without_friction(sizes%n_multipliers)
     if (.not. allocated(self%clusters)) allocate (self%clusters(0))
     do i = 1, size(self%clusters)
       if (.not. allocated(self%clusters(i)%status)) cycle
@@ -120,14 +131,17 @@ contains
 
     name = self%shared_mismatch(sizes)
     if (size(self%clusters) == 0) name = 'tied'
-    if (any(shape(self%start_sets) /= [n_words(sizes%n_multipliers), sizes%n_points])) name = 'start_sets'
     if (size(self%cluster_of_point) /= sizes%n_points .or. .not. are_indices(self%cluster_of_point, size(self%clusters))) &
       name = 'cluster_of_point'
     do i = 1, size(self%clusters)
       associate (cluster => self%clusters(i), inner => self%clusters(i)%inner, n => sizes%n_multipliers, &
         n_exact => size(self%exact_dofs))
         n_changing = count(cluster%status == row_changing)
-        if (size(cluster%status) /= n .or. any(cluster%status < row_open .or. cluster%status > row_changing)) name = 'tied/status'
+        if (size(cluster%status) /= n .or. any(cluster%status < row_open .or. cluster%status > row_changing)) then
+          name = 'tied/status'
+        else if (.not. sizes%laws%is_plain()) then
+          if (any(cluster%status /= cluster%status(sizes%laws%contacts_of_forces()))) name = 'tied/status'
+        end if
         if (.not. is_matrix(cluster%free, n, sizes%n_terms)) name = 'tied/free'
         if (.not. is_matrix(cluster%operator, n, n_changing)) name = 'tied/operator'
         n_fields = merge(sizes%n_dofs, n_exact, inner%has_modes())
@@ -230,19 +244,20 @@ contains
     text = line('  forces', 'exact on all ' // counted(self%n_rows(), 'contact row') // ', or refused')
     do i = 1, size(self%clusters)
       associate (status => self%clusters(i)%status)
-        text = text // line('  contacts, cluster ' // to_text(i), to_text(count(status == row_changing)) // ' change, ' // &
-          to_text(count(status == row_closed)) // ' always closed, the others always open')
+        text = text // line('  contacts, cluster ' // to_text(i), counted(count(status == row_changing), 'contact row') // &
+          ' may change, ' // to_text(count(status == row_closed)) // ' tied (always closed, with friction also stuck), ' // &
+          'the others always open')
       end associate
     end do
     text = text // line('  displacements', self%displacement_text(modes_text(maxval([0, &
       [(size(self%clusters(i)%inner%field%modes, 2), i=1, size(self%clusters))]]))))
   end function describe
 
-  !> Returns false: each cluster has a W of its own.
+  !> Whether there is one cluster: each has a W of its own.
   pure logical function is_fixed(self)
     class(tied_compliance_t), intent(in) :: self
 
-    is_fixed = .false.
+    is_fixed = size(self%clusters) == 1
   end function is_fixed
 
   !> Computes for each cluster the list of its changing rows, and their W and q. W is `operator` in these rows, made symmetric.
@@ -312,6 +327,15 @@ contains
     matrix => self%clusters(point%i_system)%inner%compliance
   end function matrix
 
+  !> Returns the laws of the contacts that may change. Requires: one cluster.
+  pure function laws_of_unknowns(self, laws) result(own)
+    class(tied_compliance_t), intent(in) :: self
+    type(contact_laws_t), intent(in) :: laws
+    type(contact_laws_t) :: own
+
+    own = laws%of_contacts(self%clusters(1)%status(:laws%n_contacts) == row_changing)
+  end function laws_of_unknowns
+
   !> Computes the forces of all rows, and checks that the other rows have the right sign (is_inside).
   subroutine expand(self, point, opening, unknowns, forces, is_valid)
     class(tied_compliance_t), intent(in) :: self
@@ -325,17 +349,66 @@ contains
     associate (cluster => self%clusters(point%i_system))
       rows = point%rows
       call multiply(1.0_rk, cluster%operator, unknowns, 1.0_rk, rows)
-      is_valid = is_inside(cluster, rows)
+      is_valid = is_inside(self%laws, cluster, rows)
       if (.not. is_valid) return
       forces = merge(max(0.0_rk, rows), 0.0_rk, cluster%status == row_closed)
       forces(cluster%changing) = unknowns
     end associate
   end subroutine expand
 
-  !> Whether the forces of closed rows are not negative, and open rows do not penetrate. Changing rows are not checked. A negative
-  !> force counts as rounding up to 1e-10 of the largest force on closed rows, and a penetration up to 1e-10 of the largest opening
-  !> of the other rows, changing ones included (absolute values).
-  pure logical function is_inside(cluster, rows)
+  !> Contacts that always stick do not slip; those without friction slip wherever they are closed.
+  subroutine expand_step(self, theta, point, answer, is_valid)
+    class(tied_compliance_t), intent(in) :: self
+    real(rk), contiguous, intent(in) :: theta(:)
+    type(compliance_point_t), intent(in) :: point
+    type(answer_t), intent(inout) :: answer
+    logical, intent(out) :: is_valid
+    real(rk) :: rows(size(point%rows))
+
+    associate (cluster => self%clusters(point%i_system), laws => self%laws)
+      rows = point%rows
+      call multiply(1.0_rk, cluster%operator, answer%unknowns(:size(cluster%changing)), 1.0_rk, rows)
+      is_valid = is_inside(laws, cluster, rows)
+      if (is_valid) is_valid = all_stick(laws, cluster, laws%friction_at(theta), rows)
+      if (.not. is_valid) return
+      associate (is_changing => cluster%status == row_changing, n => laws%n_contacts)
+        rows = merge(rows, 0.0_rk, cluster%status == row_closed)
+        where (.not. laws%is_tied) rows(:n) = max(0.0_rk, rows(:n))
+        answer%multipliers = unpack(answer%multipliers, is_changing, rows)
+        if (.not. laws%remembers()) return
+        answer%slip = unpack(answer%slip, is_changing, 0.0_rk)
+        answer%slips = unpack(answer%slips, is_changing(:n), rows(:n) > 0 .and. .not. &
+          (laws%is_tied .or. laws%friction_factors > 0))
+      end associate
+    end associate
+  end subroutine expand_step
+
+  !> Whether the tangential forces of closed contacts are at most the largest friction. A difference counts as rounding up to 1e-10
+  !> of the largest force on closed rows.
+  pure logical function all_stick(laws, cluster, friction, rows)
+    type(contact_laws_t), intent(in) :: laws
+    type(tied_cluster_t), intent(in) :: cluster
+    !> [-] coefficient of each contact
+    real(rk), intent(in) :: friction(:)
+    !> [force] of closed rows, shape (n_multipliers)
+    real(rk), intent(in) :: rows(:)
+    real(rk) :: rounded
+    integer :: k
+
+    rounded = share_of_rounding * maxval([0.0_rk, abs(rows)], mask=[.true., cluster%status == row_closed])
+    all_stick = .true.
+    do k = 1, laws%n_contacts
+      if (cluster%status(k) /= row_closed .or. laws%is_tied(k)) cycle
+      all_stick = all_stick .and. norm2(laws%tangential(k, rows)) <= friction(k) * max(0.0_rk, rows(k)) + rounded
+    end do
+  end function all_stick
+
+  !> Whether the normal forces of closed contacts are not negative, unless these are tied surfaces, and open contacts do not
+  !> penetrate. Contacts that may change are not checked. A negative force counts as rounding up to 1e-10 of the largest normal
+  !> force on closed contacts, and a penetration up to 1e-10 of the largest opening of the others, changing ones included (absolute
+  !> values).
+  pure logical function is_inside(laws, cluster, rows)
+    type(contact_laws_t), intent(in) :: laws
     type(tied_cluster_t), intent(in) :: cluster
     !> [force] of closed rows, [length] openings of the others, shape (n_multipliers)
     real(rk), intent(in) :: rows(:)
@@ -344,9 +417,10 @@ contains
 
     largest = 0
     smallest = 0
-    do k = 1, size(rows)
+    do k = 1, laws%n_contacts
       kind = merge(row_closed, 0, cluster%status(k) == row_closed)
       largest(kind) = max(largest(kind), abs(rows(k)))
+      if (kind == row_closed .and. laws%is_tied(k)) cycle
       if (cluster%status(k) /= row_changing) smallest(kind) = min(smallest(kind), rows(k))
     end do
     is_inside = all(smallest >= -share_of_rounding * largest)

@@ -6,7 +6,7 @@
 !> With K tied at the closed rows C (B_C u = D_C theta), the displacement under forces on the changing rows N is u = G theta - H
 !> lambda_N. One factorization, and one solve per changing row and per term, give a value of each row, R theta + S lambda_N: the
 !> force of a closed row, the opening of each other row. The values of the rows N are the complementarity problem; there S is
-!> symmetric.
+!> symmetric. Tangential rows are rows like others: those of a contact that always sticks are closed.
 module sig_tied
   use sig_bound_form, only: bound_form_t
   use sig_contact_system, only: contact_system_t
@@ -28,6 +28,8 @@ module sig_tied
   type :: tied_response_t
     !> reason_converged, or why the tied stiffness could not be factored or a solve failed
     integer :: reason = 0
+    !> a contact has too few free dofs of its own for its rows (sig_bound_form); then nothing was solved
+    logical :: lacks_dofs = .false.
     !> R, shape (n_rows, n_terms): [force per unit of theta] of closed rows, [length per unit of theta] opening of other rows
     real(rk), allocatable :: free(:, :)
     !> S, shape (n_rows, n_changing): [-] for closed rows, [length/force] for other rows
@@ -63,7 +65,7 @@ contains
   !> Computes the response of a problem where closed rows are tied and open rows have no force. R and G are the response to each
   !> term, S and -H that to a unit force on each changing row. R and S have the force of each closed row and the opening of each
   !> other row, G and -H the displacements of the wanted dofs. The response is the same on all ranks of the system. If the tied
-  !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: no body that only contact holds. Collective.
+  !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: closed rows hold all bodies. Collective.
   subroutine solve_tied(system, status, dofs, patterns, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_closed, row_changing or row_open (sig_tied_compliance) of each row, shape (n_rows)
@@ -81,6 +83,8 @@ contains
 
     nothing = 0
     PetscCall(tied%form%create(system, ierr))
+    response%lacks_dofs = .not. all(tied%form%norms > 0)
+    if (response%lacks_dofs) return
     PetscCall(tied%form%create_matrix(system, tied%stiffness, ierr))
     tied%status = status
     tied%held = [system%boundary%prescribed_dofs, pack(tied%form%bounded_dofs, status == row_closed)]

@@ -3,7 +3,7 @@
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
   use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, inelastic_model_size, inelastic_training_size, law_place, &
-    model_size, most_references, number_size, plan_displacements, room_for_forces
+    model_size, most_references, number_size, plan_displacements, room_of
   use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -112,6 +112,9 @@ contains
         cost = training_cost(problem)
         call append_text(lines, 'predicted: training: ' // text_of(cost) // '; model file of at most ' // &
           memory_text(model_size(problem)))
+      else if (kind == 'tied') then
+        call append_text(lines, 'model: ' // reason // '; unknowns only at contacts that change at the training points, and ' // &
+          'around them (kind tied)')
       else if (kind == 'hhr' .and. reason /= '') then
         call append_text(lines, 'hyper-reduction (reduction.method: auto): ' // reason)
       end if
@@ -135,8 +138,8 @@ contains
     associate (reduction => problem%deck%reduction)
       text = 'memory: a model may take ' // memory_text(bytes_per_megabyte * reduction%max_full_order_size) // &
         ' (reduction.max_full_order_size), of this the matrix of all contacts ' // &
-        memory_text(bytes_per_megabyte * room_for_forces(reduction)) // ', which is enough for ' // &
-        counted(int(sqrt(room_for_forces(reduction) / number_size)), 'contact row')
+        memory_text(bytes_per_megabyte * room_of(problem)) // ', which is enough for ' // &
+        counted(int(sqrt(room_of(problem) / number_size)), 'contact row')
     end associate
   end function room_text
 

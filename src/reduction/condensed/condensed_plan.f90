@@ -2,7 +2,7 @@
 !> Decides, before anything is solved, which kind of model a deck gets, and for which nodes a condensed model answers displacements.
 module sig_condensed_plan
   use sig_body_constants, only: body_constants_t, find_body_constants, usual_nodes_of
-  use sig_deck_config, only: deck_config_t, material_config_t, reduction_config_t, value_config_t
+  use sig_deck_config, only: deck_config_t, material_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_kinds, only: rk
@@ -18,7 +18,7 @@ module sig_condensed_plan
   public :: all_dofs_fit
   public :: why_not_condensed
   public :: inelastic_model_size, inelastic_training_size, law_place
-  public :: model_size, most_references, number_size, room_for_forces, room_for_transforms
+  public :: model_size, most_references, number_size, place_of_friction, room_for_transforms, room_of
 
   !> What reduction.displacement of the deck means for a problem.
   type :: displacement_plan_t
@@ -44,14 +44,15 @@ module sig_condensed_plan
 contains
 
   !> Chooses the kind of the model. `tied` is chosen where W and q take more memory than reduction.max_full_order_size, if this is
-  !> above 0, there are contact rows, the stiffness is fixed and may be factored, and no body is held by contact only. Whether a
-  !> tied model is possible is known only when the snapshots are there. The choice is hhr where reduction.method asks for it, where
+  !> above 0, there are contact rows, the stiffness is fixed and may be factored, and no body is held by contact only, unless
+  !> contacts have friction or ties. Whether a tied model is possible is known only when the snapshots are there. The choice is hhr
+  !> where reduction.method asks for it, where
   !> the deck asks for clusters (a number other than 1, a target or refine), and where no other kind is possible.
   subroutine choose_model_kind(problem, kind, reason)
     type(problem_t), intent(in) :: problem
     !> condensed, interpolated (where the stiffness depends on the parameters), tied or hhr
     character(:), allocatable, intent(out) :: kind
-    !> why it is not condensed or interpolated; empty where it is, and where the deck asks for hhr
+    !> why it is not condensed or interpolated; empty where it is, where the deck asks for hhr, and where materials flow
     character(:), allocatable, intent(out) :: reason
 
     kind = 'hhr'
@@ -64,6 +65,9 @@ contains
       ! check_friction refuses all that needs another kind
       kind = 'condensed'
       if (.not. problem%has_fixed_stiffness) kind = 'interpolated'
+      if (.not. may_be_tied(problem)) return
+      kind = 'tied'
+      reason = why_not_condensed(problem)
       return
     end if
     associate (deck => problem%deck)
@@ -77,12 +81,19 @@ contains
         if (reason == '') kind = 'interpolated'
       else if (reason == '') then
         kind = 'condensed'
-      else if (problem%rows%n_rows > 0 .and. forces_size(problem) > room_for_forces(deck%reduction) .and. &
-               deck%reduction%max_full_order_size > 0 .and. problem%motions%n_free == 0 .and. problem%plan%may_factor) then
+      else if (may_be_tied(problem) .and. problem%motions%n_free == 0) then
         kind = 'tied'
       end if
     end associate
   end subroutine choose_model_kind
+
+  !> Whether unknowns only at contacts that change may be the way out, because W and q have no room.
+  pure logical function may_be_tied(problem)
+    type(problem_t), intent(in) :: problem
+
+    may_be_tied = problem%has_fixed_stiffness .and. problem%rows%n_rows > 0 .and. forces_size(problem) > room_of(problem) .and. &
+      problem%deck%reduction%max_full_order_size > 0 .and. problem%plan%may_factor
+  end function may_be_tied
 
   !> Errors: contacts have friction or are tied, and the deck asks for something that only a model without can do. The place is that
   !> of the first such contact.
@@ -93,7 +104,8 @@ contains
     integer :: place(2)
 
     if (problem%laws%is_plain()) return
-    reason = why_not_condensed(problem)
+    reason = ''
+    if (problem%flow%is_there() .or. .not. may_be_tied(problem)) reason = why_not_condensed(problem)
     hint = 'the command solve needs no model'
     associate (deck => problem%deck)
       if (deck%reduction%method == 'hhr') then
@@ -239,9 +251,7 @@ contains
     character(:), allocatable :: reason
 
     reason = ''
-    ! with friction there is no other kind of model
-    associate (room => merge(room_for_forces(problem%deck%reduction), problem%deck%reduction%max_full_order_size, &
-      problem%laws%is_plain()))
+    associate (room => room_of(problem))
       if (problem%rows%n_rows == 0) then
         reason = 'there is no contact with a free displacement'
       else if (forces_size(problem) > room) then
@@ -257,13 +267,14 @@ contains
   end function why_not_condensed
 
   !> [MB] Returns the largest size of W and q: reduction.max_full_order_size; where this is auto, a third of it, because answers
-  !> need work space of that size, and pivot transforms.
-  pure real(rk) function room_for_forces(reduction) result(room)
-    type(reduction_config_t), intent(in) :: reduction
+  !> need work space of that size, and pivot transforms. With friction and ties W is taken as long as it has room: its model alone has
+  !> answers for all histories.
+  pure real(rk) function room_of(problem) result(room)
+    type(problem_t), intent(in) :: problem
 
-    room = reduction%max_full_order_size
-    if (reduction%is_size_auto) room = room / 3
-  end function room_for_forces
+    room = problem%deck%reduction%max_full_order_size
+    if (problem%deck%reduction%is_size_auto .and. problem%laws%is_plain()) room = room / 3
+  end function room_of
 
   !> [MB] Returns the largest size of all pivot transforms: reduction.max_transforms_size; where this is auto, a third of
   !> reduction.max_full_order_size.

@@ -6,11 +6,16 @@
 !> A cluster is a group of training points whose active sets differ little. In a cluster, rows that are closed at all points are
 !> tied: they stay closed. Rows that are open at all points carry no force. The unknowns of a query are the other rows and some
 !> rings of neighbors around them.
+!>
+!> With friction, a contact is tied only if it is closed and sticks in all states of all histories. Its first slip would count from
+!> the place 0, so that its tangential rows are tied there, too. A contact that closes later sticks where it has closed, and one
+!> that slips has no fixed place: both may change. Tied surfaces never change. All histories are one cluster: a state depends on
+!> those before it, and the next ones are not known when a query begins.
 module sig_tied_training
   use sig_bits, only: pack_columns
   use sig_compliance, only: compliance_point_t
   use sig_condensed_model, only: condensed_model_t
-  use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements, room_for_forces
+  use sig_condensed_plan, only: displacement_plan_t, number_size, plan_displacements, room_of
   use sig_energy_modes, only: choose_combinations, product_of
   use sig_errors, only: error_t
   use sig_full_order, only: full_order_t, team_t
@@ -36,6 +41,8 @@ module sig_tied_training
 
   !> number of rings of neighbors around the rows that change at the training points
   integer, parameter :: n_rings = 2
+  !> [-] share of the largest friction from which on a contact counts as one that slips
+  real(rk), parameter :: at_limit = 1 - 1.0e-6_rk
   !> most clusters; more would leave each too few training points to know which rows change
   integer, parameter :: most_clusters = 16
 
@@ -47,7 +54,7 @@ contains
   !>
   !> Errors: those of group_sets.
   subroutine train_tied(full_order, snapshots, part, reason, error, ierr)
-    !> loaded problem, without a body that only contact holds
+    !> loaded problem; without friction and ties without a body that only contact holds
     type(full_order_t), intent(inout) :: full_order
     !> points with full-order contact forces
     type(training_set_t), intent(in) :: snapshots
@@ -60,18 +67,19 @@ contains
     type(condensed_model_t), allocatable :: model
     type(tied_compliance_t), allocatable :: reduced
     type(displacement_plan_t) :: plan
-    logical, allocatable :: sets(:, :)
+    integer, allocatable :: states(:, :)
     integer :: i
 
     ierr = 0
     allocate (reduced)
-    sets = snapshots%forces() > 0
+    states = states_of(full_order%problem, snapshots)
     plan = plan_displacements(full_order%problem)
     reduced%exact_dofs = plan%exact_dofs
     reduced%exact_boundaries = plan%boundaries
-    call divide(full_order%problem, sets, reduced, reason, error)
+    call divide(full_order%problem, states, reduced, reason, error)
     if (allocated(error) .or. reason /= '') return
-    reduced%start_sets = pack_columns(sets)
+    ! steps with friction start from the last time
+    if (full_order%problem%laws%is_plain()) reduced%start_sets = pack_columns(states == row_closed)
     do i = 1, size(reduced%clusters)
       PetscCall(fill_cluster(full_order, i, snapshots, plan%has_modes, reduced, reason, ierr))
       if (reason /= '') return
@@ -81,63 +89,102 @@ contains
     call move_alloc(model, part)
   end subroutine train_tied
 
+  !> Returns the state of each contact at each training point: row_closed, row_open, or row_changing for a contact with friction
+  !> that is closed and may slip. Tied surfaces are closed. Shape (n_contacts, n_points).
+  function states_of(problem, snapshots) result(states)
+    type(problem_t), intent(in) :: problem
+    type(training_set_t), intent(in) :: snapshots
+    integer, allocatable :: states(:, :)
+    real(rk), allocatable :: forces(:, :), theta(:, :)
+    logical, allocatable :: has_friction(:)
+    integer :: i, i_bad_point, i_bad_source, k
+
+    forces = snapshots%forces()
+    ! the points have been evaluated before
+    call evaluate_points(problem%terms, snapshots%parameters, theta, i_bad_point, i_bad_source)
+    associate (laws => problem%laws)
+      has_friction = laws%have_friction()
+      allocate (states(laws%n_contacts, size(forces, 2)))
+      do i = 1, size(states, 2)
+        states(:, i) = merge(row_closed, row_open, laws%are_closed(forces(:, i)))
+        associate (largest => at_limit * laws%friction_at(theta(:, i)) * forces(:laws%n_contacts, i))
+          do k = 1, laws%n_contacts
+            if (.not. has_friction(k) .or. states(k, i) == row_open) cycle
+            if (.not. norm2(laws%tangential(k, forces(:, i))) < largest(k)) states(k, i) = row_changing
+          end do
+        end associate
+      end do
+    end associate
+  end function states_of
+
   !> Divides the training points into 1 cluster, then into twice as many each time, until reduction.max_full_order_size allows the
   !> memory that the contact forces of all clusters need; displacements are not counted. There are at most 16 clusters, at most as
-  !> many as points, and fewer where there are fewer different active sets. Local. Errors: those of group_sets.
-  subroutine divide(problem, sets, data, reason, error)
+  !> many as points, and fewer where there are fewer different active sets; with friction or ties there is one. Local. Errors: those
+  !> of group_sets.
+  subroutine divide(problem, states, data, reason, error)
     type(problem_t), intent(in) :: problem
-    !> closed rows at the training points, shape (n_rows, n_points)
-    logical, intent(in) :: sets(:, :)
+    !> of states_of
+    integer, intent(in) :: states(:, :)
     !> cluster_of_point and the status of the rows of each cluster are set
     type(tied_compliance_t), intent(inout) :: data
     !> why no division is possible; empty where one is
     character(:), allocatable, intent(out) :: reason
     type(error_t), allocatable, intent(out) :: error
-    integer :: i, k, n_clusters
+    integer :: i, k, most, n_clusters
     real(rk) :: least, room
 
     reason = ''
     n_clusters = 1
+    most = 1
+    if (problem%laws%is_plain()) most = min(most_clusters, size(states, 2))
     least = huge(least)
     do
-      call group_sets(sets, n_clusters, data%cluster_of_point, error)
+      call group_sets(states == row_closed, n_clusters, data%cluster_of_point, error)
       if (allocated(error)) return
       if (allocated(data%clusters)) deallocate (data%clusters)
       allocate (data%clusters(maxval(data%cluster_of_point)))
       do k = 1, size(data%clusters)
-        data%clusters(k)%status = status_of_rows(problem, sets(:, pack([(i, i=1, size(sets, 2))], data%cluster_of_point == k)))
+        data%clusters(k)%status = status_of_rows(problem, states(:, pack([(i, i=1, size(states, 2))], data%cluster_of_point == k)))
       end do
       room = 0
       do k = 1, size(data%clusters)
-        room = room + number_size * size(sets, 1) * &
+        room = room + number_size * problem%force_rows%n_rows * &
           real(problem%boundary%n_terms + count(data%clusters(k)%status == row_changing), rk)
       end do
       least = min(least, room)
-      if (room <= room_for_forces(problem%deck%reduction)) return
-      if (n_clusters >= min(most_clusters, size(sets, 2))) exit
-      n_clusters = min(2 * n_clusters, most_clusters, size(sets, 2))
+      if (room <= room_of(problem)) exit
+      if (n_clusters >= most) then
+        reason = 'with unknowns only at contacts that change it still takes ' // short_number(least, 2) // ' MB'
+        if (problem%laws%is_plain()) reason = reason // ', also if the training points are divided into clusters'
+        return
+      end if
+      n_clusters = min(2 * n_clusters, most)
     end do
-    reason = 'with unknowns only at contacts that change it still takes ' // short_number(least, 2) // &
-      ' MB, also if the training points are divided into clusters'
+    do k = 1, size(data%clusters)
+      if (.not. problem%motions%are_held_by(data%clusters(k)%status == row_closed)) reason = &
+        'the contacts that stay closed and stuck do not hold the bodies that only contact holds'
+    end do
   end subroutine divide
 
-  !> Returns the status of each contact row in a cluster: closed at all of its points, open at all of them, or changing. Rows within
-  !> two rings of cells around a row that changes count as changing, too, because they may change between these points.
-  function status_of_rows(problem, sets) result(status)
+  !> Returns the status of each contact row in a cluster: closed at all of its points, open at all of them, or changing. Contacts
+  !> within two rings of cells around one that changes count as changing, too, because they may change between these points; only
+  !> tied surfaces never do.
+  function status_of_rows(problem, states) result(status)
     type(problem_t), intent(in) :: problem
-    !> closed rows at the points of the cluster, shape (n_rows, n_points)
-    logical, intent(in) :: sets(:, :)
+    !> at the points of the cluster, shape (n_contacts, n_points)
+    integer, intent(in) :: states(:, :)
     !> row_closed, row_open or row_changing
-    integer :: status(size(sets, 1))
-    logical :: is_changing(size(sets, 1))
+    integer :: status(problem%force_rows%n_rows)
+    logical :: is_changing(size(states, 1))
     integer :: i
 
-    is_changing = any(sets, dim=2) .and. .not. all(sets, dim=2)
+    is_changing = .not. (all(states == row_closed, dim=2) .or. all(states == row_open, dim=2))
     do i = 1, n_rings
       call add_ring(problem, is_changing)
     end do
-    status = merge(row_closed, row_open, all(sets, dim=2))
-    where (is_changing) status = row_changing
+    associate (of_contacts => merge(row_changing, states(:, 1), is_changing .and. .not. problem%laws%is_tied))
+      status = of_contacts(problem%laws%contacts_of_forces())
+    end associate
   end function status_of_rows
 
   !> Marks also the contact rows with a node in a cell that contains a node of a marked row.
@@ -185,9 +232,11 @@ contains
 
     reason = ''
     associate (cluster => data%clusters(i))
-      call log_info('cluster ' // to_text(i) // ': ' // counted(count(cluster%status == row_changing), 'contact') // &
-        ' may change, ' // to_text(count(cluster%status == row_closed)) // ' stay closed, ' // &
-        to_text(count(cluster%status == row_open)) // ' stay open')
+      associate (status => cluster%status(:full_order%problem%laws%n_contacts))
+        call log_info('cluster ' // to_text(i) // ': ' // counted(count(status == row_changing), 'contact') // &
+          ' may change, ' // to_text(count(status == row_closed)) // ' stay closed, ' // &
+          to_text(count(status == row_open)) // ' stay open')
+      end associate
       associate (changing => pack([(k, k=1, size(cluster%status))], cluster%status == row_changing), &
                  points => pack([(k, k=1, snapshots%n_snapshots())], data%cluster_of_point == i .and. has_modes))
         forces = snapshots%forces()
@@ -196,7 +245,10 @@ contains
       patterns = principal_patterns(forces)
       PetscCall(full_order%ready_team(team, ierr))
       PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, patterns, response, ierr))
-      if (response%reason /= reason_converged) then
+      if (response%lacks_dofs) then
+        reason = 'a contact with friction or a tie has no node of its own that is free to move along the normal and the tangents'
+        return
+      else if (response%reason /= reason_converged) then
         reason = 'with the closed contacts tied, ' // reason_text(response%reason)
         return
       end if

@@ -4,7 +4,7 @@
 !> fallback, the active sets from which queries start, and the certificates.
 module sig_model_building
   use sig_compliance, only: compliance_t
-  use sig_condensed_plan, only: choose_model_kind
+  use sig_condensed_plan, only: choose_model_kind, place_of_friction
   use sig_condensed_training, only: condense_fallback, train_condensed
   use sig_deck_config, only: reduction_config_t
   use sig_errors, only: error_t, exit_not_converged, make_error
@@ -192,7 +192,8 @@ contains
   !> Builds a model without hyper-reduction if choose_model_kind allows one and, for a tied model, if its training finds no reason
   !> against it. Collective on all ranks.
   !>
-  !> Errors: reduction.method is condensed, and there cannot be such a model; those of build_condensed.
+  !> Errors: reduction.method is condensed, or contacts have friction or are tied, and there cannot be such a model; those of
+  !> build_condensed.
   subroutine build_exact(full_order, snapshots, model, is_built, error, ierr)
     type(full_order_t), intent(inout) :: full_order
     type(snapshot_set_t), intent(in), target :: snapshots
@@ -203,6 +204,7 @@ contains
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
     character(:), allocatable :: kind, more, reason
+    integer :: place(2)
 
     ierr = 0
     call choose_model_kind(full_order%problem, kind, reason)
@@ -216,7 +218,11 @@ contains
     if (is_built .or. allocated(error)) return
     if (reason == '') return
     associate (deck => full_order%problem%deck)
-      if (deck%reduction%method == 'condensed') then
+      if (.not. full_order%problem%laws%is_plain()) then
+        place = place_of_friction(deck)
+        call make_error(error, 'contacts have friction or are tied, but ' // reason, deck%path, place(1), place(2), &
+          hint='take a larger reduction.max_full_order_size; the command solve needs no model')
+      else if (deck%reduction%method == 'condensed') then
         call make_error(error, 'reduction.method is condensed, but ' // reason, deck%path, &
           hint='take reduction.method: auto or hhr; or a larger reduction.max_full_order_size if the matrix is too large, or ' // &
           'no clusters if the deck asks for them')
