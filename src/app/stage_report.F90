@@ -231,6 +231,7 @@ contains
       text = '; only contact holds ' // names_of(loose)
     end if
     text = text // ', and where no force presses, nothing may hold against the loads'
+    if (problem%plan%type == 'active_set') text = text // '; solver.type: condensed finds more of such states'
 
   contains
 

@@ -10,6 +10,7 @@ module sig_point_checks
   use sig_problem, only: problem_t
   use sig_problem_texts, only: tags_text
   use sig_rounding, only: rounding
+  use sig_sparse_friction, only: check_clearance
   use sig_term_values, only: evaluate_points
   use sig_text, only: to_text
   implicit none(type, external)
@@ -21,7 +22,8 @@ contains
   !> Checks points before they are solved. The checks follow one another, each at all points. Errors: the first point where an
   !> elastic constant that depends on the parameters is not finite or out of its range; else where a term (prescribed value, load,
   !> gap, imposed strain) is not finite; else where a property of a material that flows is out of its range; else where loads do
-  !> work on an idle motion (check_idle_loads); else where an inert pair penetrates, or a prescribed node its obstacle. Local.
+  !> work on an idle motion (check_idle_loads); else where a body has a clearance that the solver cannot follow (check_clearance);
+  !> else where an inert pair penetrates, or a prescribed node its obstacle. Local.
   subroutine check_points(problem, points, error)
     type(problem_t), intent(in) :: problem
     !> shape (n_parameters, n_points)
@@ -40,6 +42,8 @@ contains
     call check_flow_properties(problem, points, error)
     if (allocated(error)) return
     call check_idle_loads(problem, points, theta, error)
+    if (allocated(error)) return
+    call check_clearance(problem, points, theta, error)
     if (allocated(error) .or. problem%inert%n_rows == 0) return
     do i_point = 1, size(points, 2)
       call check_inert_pairs(problem, points(:, i_point), theta(:, i_point), error)

@@ -40,6 +40,7 @@ module sig_problem_loading
   use sig_smooth_normals, only: fit_normals
   use sig_solver_costs, only: problem_size_t
   use sig_solver_plan, only: make_solver_plan
+  use sig_sparse_friction, only: contact_without_dofs, text_without_dofs
   use sig_stiffness_terms, only: list_stiffness_terms
   use sig_strain_force, only: add_strain_forces, has_numbers
   use sig_strain_parts, only: create_imposed_strains
@@ -248,7 +249,10 @@ contains
     end do
     associate (solver => problem%deck%solver)
       call make_solver_plan(solver, problem%sizes, problem%plan, message)
-      if (allocated(message)) call make_error(error, message, problem%deck%path, solver%line, solver%column)
+      if (.not. allocated(message)) return
+      call make_error(error, message, problem%deck%path, solver%line, solver%column)
+      i = contact_without_dofs(problem)
+      if (problem%sizes%lacks_own_dofs) error%hint = text_without_dofs(problem, i)
     end associate
   end subroutine plan_solving
 
@@ -268,6 +272,7 @@ contains
       sizes%has_friction = problem%laws%remembers()
       sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
       sizes%is_floating = problem%motions%n_free > 0
+      sizes%lacks_own_dofs = contact_without_dofs(problem) > 0
       sizes%has_multigrid_vi = has_multigrid_vi()
       sizes%is_quadratic = any(element_types(mesh%cell_types)%order == 2)
       sizes%stiffness_ratio = stiffness_ratio(problem%body)

@@ -17,6 +17,7 @@
 !> after the other, the normal row first: each row is written in the unknowns that the rows before have left, where those that they
 !> took count as shared. All rows of a contact change their unknowns, or none.
 module sig_bound_form
+  use sig_contact_laws, only: contact_laws_t
   use sig_contact_rows, only: contact_rows_t
   use sig_contact_system, only: contact_system_t
   use sig_kinds, only: rk
@@ -46,6 +47,7 @@ module sig_bound_form
     real(rk), allocatable :: shares(:)
   contains
     procedure :: create
+    procedure :: set_reflectors
     procedure :: create_transformation
     procedure :: create_matrix
     procedure :: to_displacement
@@ -67,7 +69,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     ierr = 0
-    call set_reflectors(self, system)
+    call self%set_reflectors(system%rows, system%laws, system%boundary%is_prescribed)
     SIG_CHECK(all(self%norms(:system%laws%n_contacts) > 0), PETSC_ERR_ARG_WRONG, 'each contact row has a free dof of its own')
   end subroutine create
 
@@ -134,46 +136,50 @@ contains
 
   !> Sets levels, order, norms, bounded dofs, v and s of all rows. A row without coefficients on free dofs of its own gets the norm
   !> 0 and no bounded dof, as does a tangential row that depends on the rows of its contact before it.
-  pure subroutine set_reflectors(self, system)
+  pure subroutine set_reflectors(self, rows, laws, is_prescribed)
     class(bound_form_t), intent(inout) :: self
-    type(contact_system_t), intent(in) :: system
+    !> of all forces
+    type(contact_rows_t), intent(in) :: rows
+    type(contact_laws_t), intent(in) :: laws
+    !> natural dofs, shape (n_dofs)
+    logical, intent(in) :: is_prescribed(:)
     integer, allocatable :: contacts(:)
     logical, allocatable :: is_own(:)
     integer :: i, i_level, k
 
-    associate (rows => system%rows, laws => system%laws)
-      allocate (self%norms(rows%n_rows), source=0.0_rk)
-      allocate (self%bounded_dofs(rows%n_rows), source=0)
-      allocate (self%reflectors(size(rows%dofs)), self%shares(size(rows%dofs)), source=0.0_rk)
-      call rank_rows(rows%select([(k, k=1, laws%n_contacts)]), system%map%n_dofs / rows%n_dim, self%levels, contacts)
-      self%order = [(laws%rows_of(contacts(i)), i=1, size(contacts))]
-      i_level = 0
-      do i = 1, size(contacts)
-        k = contacts(i)
-        if (self%levels(k) > i_level) is_own = is_own_dof(self, system, self%levels(k))
-        i_level = self%levels(k)
-        associate (dofs => rows%dofs_of(k))
-          call reflect_contact(self, system, k, is_own(dofs) .and. .not. system%boundary%is_prescribed(dofs))
-        end associate
-      end do
-    end associate
+    allocate (self%norms(rows%n_rows), source=0.0_rk)
+    allocate (self%bounded_dofs(rows%n_rows), source=0)
+    allocate (self%reflectors(size(rows%dofs)), self%shares(size(rows%dofs)), source=0.0_rk)
+    call rank_rows(rows%select([(k, k=1, laws%n_contacts)]), size(is_prescribed) / rows%n_dim, self%levels, contacts)
+    self%order = [(laws%rows_of(contacts(i)), i=1, size(contacts))]
+    i_level = 0
+    do i = 1, size(contacts)
+      k = contacts(i)
+      if (self%levels(k) > i_level) is_own = is_own_dof(self, rows, laws%n_contacts, size(is_prescribed), self%levels(k))
+      i_level = self%levels(k)
+      associate (dofs => rows%dofs_of(k))
+        call reflect_contact(self, rows, laws%rows_of(k), is_prescribed(dofs), is_own(dofs) .and. .not. is_prescribed(dofs))
+      end associate
+    end do
   end subroutine set_reflectors
 
-  !> Does the work of set_reflectors for contact k.
-  pure subroutine reflect_contact(self, system, k, is_own)
+  !> Does the work of set_reflectors for one contact.
+  pure subroutine reflect_contact(self, all_rows, rows, is_prescribed, is_own)
     class(bound_form_t), intent(inout) :: self
-    type(contact_system_t), intent(in) :: system
-    integer, intent(in) :: k
-    !> free dofs of its own, shape (dofs of a row)
+    type(contact_rows_t), intent(in) :: all_rows
+    !> those of the contact
+    integer, intent(in) :: rows(:)
+    !> of their dofs, and which are free dofs of its own; shape (dofs of a row)
+    logical, intent(in) :: is_prescribed(:)
     logical, intent(in) :: is_own(:)
     real(rk) :: coefficients(size(is_own)), direction(size(is_own)), length
     logical :: is_left(size(is_own))
     integer :: i, j, place
 
     is_left = is_own
-    associate (rows => system%laws%rows_of(k), offsets => system%rows%offsets, dofs => system%rows%dofs_of(k))
+    associate (offsets => all_rows%offsets, dofs => all_rows%dofs_of(rows(1)))
       do i = 1, size(rows)
-        coefficients = merge(0.0_rk, system%rows%coefficients_of(rows(i)), system%boundary%is_prescribed(dofs))
+        coefficients = merge(0.0_rk, all_rows%coefficients_of(rows(i)), is_prescribed)
         length = norm2(coefficients)
         do j = 1, i - 1
           if (.not. self%norms(rows(j)) > 0) cycle
@@ -245,22 +251,24 @@ contains
 
   !> Returns which dofs, prescribed ones too, belong to nodes that exactly one row meets, where rows of lower levels than i_level do
   !> not count; shape (n_dofs).
-  pure function is_own_dof(self, system, i_level) result(is_own)
+  pure function is_own_dof(self, rows, n_contacts, n_dofs, i_level) result(is_own)
     class(bound_form_t), intent(in) :: self
-    type(contact_system_t), intent(in) :: system
+    type(contact_rows_t), intent(in) :: rows
+    integer, intent(in) :: n_contacts
+    integer, intent(in) :: n_dofs
     !> level, 1-based
     integer, intent(in) :: i_level
     logical, allocatable :: is_own(:)
-    integer :: k, n(system%map%n_dofs / system%map%n_dim)
+    integer :: k, n(n_dofs / rows%n_dim)
 
     n = 0
-    do k = 1, system%laws%n_contacts
+    do k = 1, n_contacts
       if (self%levels(k) < i_level) cycle
-      associate (nodes => system%rows%nodes_of(k))
+      associate (nodes => rows%nodes_of(k))
         n(nodes) = n(nodes) + 1
       end associate
     end do
-    is_own = reshape(spread(n == 1, 1, system%map%n_dim), [system%map%n_dofs])
+    is_own = reshape(spread(n == 1, 1, rows%n_dim), [n_dofs])
   end function is_own_dof
 
   !> Assembles one factor of the transformation T, or the inverse of this factor: the identity plus one block per contact of a
@@ -279,7 +287,7 @@ contains
     real(rk), allocatable :: block(:, :)
     logical, allocatable :: is_own(:)
 
-    is_own = is_own_dof(self, system, i_level)
+    is_own = is_own_dof(self, system%rows, system%laws%n_contacts, system%map%n_dofs, i_level)
     PetscCall(create_pattern(self, system, i_level, is_own, matrix, ierr))
     associate (map => system%map, rows => system%rows)
       do i = map%first_dof_0, map%first_dof_0 + map%n_local_dofs - 1

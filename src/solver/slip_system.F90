@@ -14,9 +14,8 @@ module sig_slip_system
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_workspace_t
   use sig_kinds, only: rk
   use sig_linear_solver, only: coupled_system_t, hold, linear_solver_t
-  use sig_log, only: log_warning
-  use sig_petsc_support, only: create_pattern => create_matrix, create_vector
-  use sig_reasons, only: reason_converged, reason_linear_solver
+  use sig_petsc_support, only: create_pattern => create_matrix, create_vector, precondition_failed
+  use sig_reasons, only: reason_converged
   use petsc
   implicit none(type, external)
   private
@@ -71,8 +70,8 @@ module sig_slip_system
 
 contains
 
-  !> Makes the unknowns, and the multigrid levels or T' K T. If the rows of a contact cannot be unknowns, the linear solver has the
-  !> reason reason_linear_solver, and a warning says why. Collective.
+  !> Makes the unknowns, and the multigrid levels or T' K T. ierr is set where the rows of a contact cannot be unknowns; the plan of
+  !> the solver refuses that. Collective.
   subroutine create(self, system, ierr)
     class(slip_system_t), intent(inout) :: self
     type(contact_system_t), intent(inout) :: system
@@ -80,12 +79,7 @@ contains
 
     PetscCall(self%form%create(system, ierr))
     self%size_of_rhs = 0
-    if (.not. all(self%form%norms > 0)) then
-      self%linear_solver%reason = reason_linear_solver
-      call log_warning('active_set needs, at each contact with friction or a tie, a node of no other contact that is free to ' // &
-        'move along the normal and the tangents; solver.type: condensed does without')
-      return
-    end if
+    SIG_CHECK(all(self%form%norms > 0), PETSC_ERR_ARG_WRONG, 'each row of a contact has a free dof of its own')
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%solution, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%rhs, ierr))
     PetscCall(create_vector(system%comm, system%map%n_local_dofs, self%coupled%is_free, ierr))
@@ -183,7 +177,6 @@ contains
     integer :: k
 
     ierr = 0
-    if (.not. all(self%form%norms > 0)) return
     is_held = self%rows_held(system, workspace%states)
     call list_couplings(self, system, data, workspace, couplings, springs, stiffness)
     is_kept = is_near(self, is_held, stiffness)
@@ -392,7 +385,6 @@ contains
 
     PetscCall(self%linear_solver%destroy(ierr))
     if (allocated(self%held_rows)) deallocate (self%held_rows)
-    if (.not. all(self%form%norms > 0)) return
     PetscCall(MatDestroy(self%coupled%stiffness, ierr))
     PetscCall(MatDestroy(self%coupled%coupling, ierr))
     PetscCall(MatDestroy(self%coupled%springs, ierr))

@@ -61,6 +61,8 @@ module sig_solver_costs
     logical :: has_plain_contact = .true.
     !> whether contacts may slip with friction, so that points are the states of histories
     logical :: has_friction = .false.
+    !> whether a contact with friction or a tie has too few free dofs of its own for active_set
+    logical :: lacks_own_dofs = .false.
     !> whether PETSc's SNESVI works with multigrid
     logical :: has_multigrid_vi = .false.
   end type problem_size_t

@@ -36,12 +36,16 @@ module sig_solver_plan
     logical :: is_allowed = .false.
   end type candidate_t
 
+  character(*), parameter :: own_dofs = 'active_set needs, at each contact with friction or a tie, a node of no other contact ' // &
+    'that is free to move along the normal and the tangents'
+
 contains
 
   !> Chooses solver and linear solver: those of the deck, or for `auto` the fastest by prediction. message is allocated if the deck
   !> asks for something that is not possible: condensed where its dense matrix has no room in the memory; snesvi with friction
-  !> or ties, where only contact holds a body, or with gamg and a PETSc before 3.19; with friction or ties where materials flow
-  !> another one than condensed. Otherwise it is not allocated.
+  !> or ties, where only contact holds a body, or with gamg and a PETSc before 3.19; active_set where contacts with friction or
+  !> ties lack dofs of their own; with friction or ties where materials flow another one than condensed. Otherwise it is not
+  !> allocated.
   subroutine make_solver_plan(config, sizes, plan, message)
     !> section solver of the deck
     type(solver_config_t), intent(in) :: config
@@ -68,6 +72,12 @@ contains
       message = 'the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // ' for ' // &
         to_text(sizes%n_multipliers) // ' multipliers, and there is room for ' // memory_text(sizes%memory) // &
         '; solver.type must be active_set' // trim(merge(', snesvi', '        ', sizes%has_plain_contact)) // ' or auto'
+    else if (plan%type == 'active_set' .and. sizes%lacks_own_dofs) then
+      message = own_dofs // '; solver.type must be condensed or auto'
+      if (config%linear == 'gamg') message = message // ', and solver.linear cholesky or auto'
+    else if (plan%type == 'condensed' .and. sizes%lacks_own_dofs .and. dense_bytes(sizes) > sizes%memory) then
+      message = own_dofs // ', and the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // &
+        ' where there is room for ' // memory_text(sizes%memory)
     else if (plan%type == 'snesvi' .and. .not. sizes%has_plain_contact) then
       message = 'snesvi solves neither friction nor tied contacts; solver.type must be condensed, active_set or auto'
     else if (plan%type == 'snesvi' .and. sizes%is_floating) then
@@ -132,6 +142,7 @@ contains
     ! where only contact holds a body, contacts may change all at once, and condensed finds answers that active_set does not
     if (.not. sizes%has_plain_contact .and. sizes%is_floating .and. config%type == 'auto' .and. candidates(1)%is_allowed) &
       candidates(2:3)%is_allowed = .not. has_room(candidates(1)%cost, sizes)
+    if (sizes%lacks_own_dofs .and. config%type == 'auto' .and. candidates(1)%is_allowed) candidates(2:3)%is_allowed = .false.
   end function candidates_of
 
   !> Returns the cost of the solutions at some points that share a stiffness, or of some states where materials flow.

@@ -28,8 +28,6 @@ module sig_tied
   type :: tied_response_t
     !> reason_converged, or why the tied stiffness could not be factored or a solve failed
     integer :: reason = 0
-    !> a contact has too few free dofs of its own for its rows (sig_bound_form); then nothing was solved
-    logical :: lacks_dofs = .false.
     !> R, shape (n_rows, n_terms): [force per unit of theta] of closed rows, [length per unit of theta] opening of other rows
     real(rk), allocatable :: free(:, :)
     !> S, shape (n_rows, n_changing): [-] for closed rows, [length/force] for other rows
@@ -65,7 +63,8 @@ contains
   !> Computes the response of a problem where closed rows are tied and open rows have no force. R and G are the response to each
   !> term, S and -H that to a unit force on each changing row. R and S have the force of each closed row and the opening of each
   !> other row, G and -H the displacements of the wanted dofs. The response is the same on all ranks of the system. If the tied
-  !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: closed rows hold all bodies. Collective.
+  !> stiffness cannot be factored or a solve fails, response%reason says so. Requires: closed rows hold all bodies, and each row has
+  !> a free dof of its own. Collective.
   subroutine solve_tied(system, status, dofs, patterns, response, ierr)
     type(contact_system_t), intent(inout) :: system
     !> row_closed, row_changing or row_open (sig_tied_compliance) of each row, shape (n_rows)
@@ -83,8 +82,6 @@ contains
 
     nothing = 0
     PetscCall(tied%form%create(system, ierr))
-    response%lacks_dofs = .not. all(tied%form%norms > 0)
-    if (response%lacks_dofs) return
     PetscCall(tied%form%create_matrix(system, tied%stiffness, ierr))
     tied%status = status
     tied%held = [system%boundary%prescribed_dofs, pack(tied%form%bounded_dofs, status == row_closed)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import yaml
 
-from block_meshes import stacked_blocks
+from block_meshes import Mesh, stacked_blocks
 from results import read_fields, read_table
 from runs import refuse
 
@@ -324,18 +324,50 @@ def test_memory(post, results):
             {"reduction: {fields: true}": "clusters: {number: 2, method: irregular}"},
             "clusters are those of hyper-reduction",
         ),
+        (
+            {
+                "reduction: {fields: true}": "solver: {type: active_set}",
+                "friction: mu": "friction: mu, initial_gap: 0.01",
+            },
+            "contact alone holds 'upper' (translation in x, translation in y, rotation), with a clearance at P = ",
+        ),
         ({"friction: mu": "friction: mu - 1"}, "it must be at least 0"),
         ({"friction: mu": "friction: 1 / (mu - 0.3)"}, "which is not finite at"),
         ({"friction: mu": "friction: mu, tied: true"}, "and tied exclude each other"),
         ({"friction: mu": "initial_gap: 0.01, tied: true"}, "and tied exclude each other"),
     ],
-    ids=["snesvi", "gamg", "hhr", "clusters", "negative", "nan", "tied", "tied gap"],
+    ids=["snesvi", "gamg", "hhr", "clusters", "clearance", "negative", "nan", "tied", "tied gap"],
 )
 def test_refusals(signorom, tmp_path, changes, said):
     """Exit code 2 and a sentence with its place before anything is solved."""
     message = refuse(signorom, "check", write_deck(tmp_path, **changes), folder=tmp_path)
     assert said in message
     assert re.search(r"part\.yaml:[1-9]\d*:[1-9]\d*: ", message)
+
+
+def test_contacts_without_free_nodes(signorom, tmp_path):
+    """A node of the first surface that is held along the tangent: active_set is refused, and auto does not take it."""
+    mesh = Mesh()
+    lower = {(1, 0): "bottom", (1, 1): "lower_face", (0, 0): "left"}
+    mesh.add_block("lower", [np.linspace(0, 1, 5), np.linspace(-1, 0, 5)], "Q4", lower)
+    upper = {(1, 0): "upper_face", (1, 1): "top"}
+    mesh.add_block("upper", [np.linspace(0, 1, 4), np.linspace(0, 1, 4)], "Q4", upper)
+    held = "{boundary: bottom, displacement: {y: 0}}, {boundary: left, displacement: {x: 0}}"
+    changes = {"{boundary: bottom, displacement: {x: 0, y: 0}}": held}
+    write_deck(tmp_path, **changes, **{"reduction:": "solver: {type: active_set}\nreduction:"})
+    mesh.write(tmp_path / "part.msh")
+    said = refuse(signorom, "solve", "part.yaml", folder=tmp_path)
+    assert re.search(
+        r"part\.yaml:\d+:\d+: error: active_set needs, at each contact with friction or a tie", said
+    )
+    assert "solver.type must be condensed or auto" in said
+    # the corner of the lower block is at x = 0, y = 0
+    owner = int(re.search(r"contact\[1\] \(lower_face - upper_face\) has none at node (\d+)", said)[1])
+    assert np.abs(mesh.coordinates[owner - 1]).max() == 0
+    write_deck(tmp_path, **changes)
+    mesh.write(tmp_path / "part.msh")
+    signorom("solve", "part.yaml", folder=tmp_path)
+    assert set(read_table(tmp_path / "results" / "part" / "history.csv")["status"]) == {"converged"}
 
 
 def test_refused_models_name_the_contact(signorom, tmp_path):

@@ -92,7 +92,7 @@ contains
     type(problem_t), intent(in) :: problem
 
     may_be_tied = problem%has_fixed_stiffness .and. problem%rows%n_rows > 0 .and. forces_size(problem) > room_of(problem) .and. &
-      problem%deck%reduction%max_full_order_size > 0 .and. problem%plan%may_factor
+      problem%deck%reduction%max_full_order_size > 0 .and. problem%plan%may_factor .and. .not. problem%sizes%lacks_own_dofs
   end function may_be_tied
 
   !> Errors: contacts have friction or are tied, and the deck asks for something that only a model without can do. The place is that

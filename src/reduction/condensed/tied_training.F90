@@ -245,10 +245,7 @@ contains
       patterns = principal_patterns(forces)
       PetscCall(full_order%ready_team(team, ierr))
       PetscCall(solve_tied(team%solver%system, cluster%status, data%exact_dofs, patterns, response, ierr))
-      if (response%lacks_dofs) then
-        reason = 'a contact with friction or a tie has no node of its own that is free to move along the normal and the tangents'
-        return
-      else if (response%reason /= reason_converged) then
+      if (response%reason /= reason_converged) then
         reason = 'with the closed contacts tied, ' // reason_text(response%reason)
         return
       end if
