@@ -2,6 +2,7 @@
 """Friction and histories where the matrix of all contacts has no room: contacts that always stick are tied."""
 
 import re
+import zipfile
 
 import h5py
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from block_meshes import Mesh
 from results import read_table
 from runs import refuse
+from test_fmu import Instance, run_post
 from test_friction_gradients import check_given, trained, walk
 
 SAME = 1e-8
@@ -273,3 +275,42 @@ def test_memory_is_restored(post, tied):
             for time, forces in zip(model.times, wanted, strict=True):
                 other.advance(time, nodes=[])
                 np.testing.assert_array_equal(one.advance(time, nodes=[]).multipliers, forces)
+
+
+def test_unit_goes_back(library, post, tmp_path, tied):
+    """A unit of FMI answers as the model does, and its state is the memory of the contacts that may change."""
+    model, unit = tied[1] / "model.h5", tmp_path / "strip.fmu"
+    done = run_post(library, "fmu", model, "--output", unit, folder=tmp_path)
+    assert done.returncode == 0, done.stderr
+    with zipfile.ZipFile(unit) as archive:
+        archive.extractall(tmp_path / "unit")
+    given = {"press": 1.03e-3, "pull": 3.3e4, "mu": 0.44}
+    steps = [(0.5, 0.7, 0.0), (1.0, 1.0, 0.6), (1.5, 1.0, -0.9), (2.0, 1.0, 0.3)]
+    names = ["contact_1.force_x", "contact_1.force_y", "contact_1.moment_z"]
+    wanted = []
+    with post.Model(model) as online, online.start(**given) as history:
+        for time, load, end in steps:
+            sums = history.advance(time, nodes=[], load=load, end=end).resultants
+            wanted.append([*sums.forces[0], *sums.moments[0]])
+    instance = Instance(tmp_path / "unit").start()
+    instance.set(**given)
+    instance.fmu.enterInitializationMode()
+    instance.fmu.exitInitializationMode()
+
+    def go(number):
+        """Outputs after a step."""
+        time, load, end = steps[number]
+        before = steps[number - 1][0] if number > 0 else 0.0
+        instance.set(load=load, end=end)
+        instance.fmu.doStep(before, time - before)
+        return instance.get(*names)
+
+    found = [go(0), go(1)]
+    state = instance.fmu.getFMUState()
+    found.append(go(2))
+    instance.fmu.setFMUState(state)
+    found += [go(2), go(3)]
+    for one, other in zip(found, [*wanted[:3], *wanted[2:]], strict=True):
+        assert one == pytest.approx(other, rel=1e-12, abs=1e-9)
+    instance.fmu.freeFMUState(state)
+    instance.fmu.freeInstance()

@@ -436,8 +436,8 @@ contains
       associate (displacement => problem%deck%reduction%displacement)
         needs_displacements = needs_displacements .or. displacement%type == 'auto' .or. displacement%elsewhere == 'modes'
       end associate
-    else if (kind == 'hhr' .or. (kind == 'tied' .and. problem%deck%reduction%method == 'auto')) then
-      ! method auto: hyper-reduction is used where the tied model is not possible
+    else if (kind == 'hhr' .or. (kind == 'tied' .and. problem%deck%reduction%method == 'auto' .and. problem%laws%is_plain())) then
+      ! method auto: hyper-reduction is used where the tied model is not possible, unless there is friction
       needs_displacements = .true.
     end if
   end function needs_displacements
