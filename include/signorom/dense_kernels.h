@@ -25,6 +25,13 @@ void sig_add_columns_and_sizes(int m, int n, const double *a, int lda, const dou
 void sig_multiply_transpose(int m, int n, double alpha, const double *a, int lda, const double *x, double beta,
                             double *y);
 
+/* y += a x for a in single precision; sums are in double precision. Columns that belong to zeros of x are not read.
+   Shapes (m, n), (n), (m); the columns of a follow each other. */
+void sig_add_single_columns(int m, int n, const float *a, const double *x, double *y);
+
+/* y += a' x likewise, shapes (m, n), (m), (n). */
+void sig_add_single_products(int m, int n, const float *a, const double *x, double *y);
+
 /* c += alpha op(a) op(b), op(a) of shape (m, k), op(b) of shape (k, n); the first two arguments say what is transposed.
  */
 void sig_add_product(int a_is_transposed, int b_is_transposed, int m, int n, int k, double alpha, const double *a,

@@ -6,6 +6,7 @@
 !> other, column by column, L before R. Products are computed in double precision. The same numbers give the same bits.
 module sig_compressed_matrix
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
+  use sig_dense_kernels, only: add_single_columns, add_single_products
   use sig_kinds, only: lk, rk, sk
   use sig_linear_algebra, only: product_of_transposed => transposed_product
   implicit none(type, external)
@@ -30,6 +31,7 @@ module sig_compressed_matrix
     procedure :: is_empty
     procedure :: fits
     procedure :: add_product
+    procedure :: add_transposed_product
     procedure :: row_product
     procedure :: full_matrix
     procedure :: transposed_product
@@ -146,42 +148,61 @@ contains
     real(rk) :: coordinates(block(block_rank))
 
     if (block(block_rank) == 0) then
-      call add_columns(values, x, y)
+      call add_single_columns(values, x, y)
     else
       associate (n_left => size(y) * block(block_rank))
-        call fill_coordinates(values(n_left + 1:), x, coordinates)
-        call add_columns(values(:n_left), coordinates, y)
+        coordinates = 0
+        call add_single_products(values(n_left + 1:), x, coordinates)
+        call add_single_columns(values(:n_left), coordinates, y)
       end associate
     end if
   end subroutine add_block
 
-  !> Computes y = y + A x for a full matrix in single precision.
-  pure subroutine add_columns(values, x, y)
-    !> the matrix column by column, shape (size(y) * size(x))
+  !> Computes x = x + A'y.
+  subroutine add_transposed_product(self, y, x)
+    class(compressed_matrix_t), intent(in) :: self
+    !> shape (n_rows)
+    real(rk), contiguous, intent(in) :: y(:)
+    !> shape (n_columns)
+    real(rk), contiguous, intent(inout) :: x(:)
+    real(rk) :: ordered(size(self%row_order)), sum_of_columns(size(self%column_order))
+    integer :: i
+    integer(lk) :: at
+
+    ordered = y(self%row_order)
+    sum_of_columns = 0
+    at = 0
+    do i = 1, size(self%blocks, 2)
+      associate (block => self%blocks(:, i))
+        associate (n => n_values_of(block))
+          call add_transposed_block(block, self%values(at + 1:at + n), ordered(block(first_row):block(last_row)), &
+            sum_of_columns(block(first_column):block(last_column)))
+          at = at + n
+        end associate
+      end associate
+    end do
+    x(self%column_order) = x(self%column_order) + sum_of_columns
+  end subroutine add_transposed_product
+
+  !> Adds the product of one transposed block and its part of the vector.
+  pure subroutine add_transposed_block(block, values, y, x)
+    integer, intent(in) :: block(:)
+    !> values of this block
     real(sk), intent(in), contiguous :: values(:)
-    real(rk), intent(in), contiguous :: x(:)
-    real(rk), intent(inout), contiguous :: y(:)
-    integer :: i, n
+    real(rk), intent(in), contiguous :: y(:)
+    real(rk), intent(inout), contiguous :: x(:)
+    real(rk) :: coordinates(block(block_rank))
 
-    n = size(y)
-    do i = 1, size(x)
-      if (abs(x(i)) > 0) y = y + x(i) * values((i - 1) * n + 1:i * n)
-    end do
-  end subroutine add_columns
-
-  !> Computes R'x.
-  pure subroutine fill_coordinates(right, x, coordinates)
-    !> R column by column, shape (size(x) * size(coordinates))
-    real(sk), intent(in), contiguous :: right(:)
-    real(rk), intent(in), contiguous :: x(:)
-    real(rk), intent(out), contiguous :: coordinates(:)
-    integer :: i, n
-
-    n = size(x)
-    do i = 1, size(coordinates)
-      coordinates(i) = sum(right((i - 1) * n + 1:i * n) * x)
-    end do
-  end subroutine fill_coordinates
+    if (block(block_rank) == 0) then
+      call add_single_products(values, y, x)
+    else
+      associate (n_left => size(y) * block(block_rank))
+        coordinates = 0
+        call add_single_products(values(:n_left), y, coordinates)
+        call add_single_columns(values(n_left + 1:), coordinates, x)
+      end associate
+    end if
+  end subroutine add_transposed_block
 
   !> Returns one row of A times x. Cost: it looks at all entries of `blocks`, and computes with those of this row.
   pure real(rk) function row_product(self, row, x) result(value)
@@ -221,7 +242,8 @@ contains
     if (block(block_rank) == 0) then
       value = sum(values(row::n) * x)
     else
-      call fill_coordinates(values(n * block(block_rank) + 1:), x, coordinates)
+      coordinates = 0
+      call add_single_products(values(n * block(block_rank) + 1:), x, coordinates)
       value = sum(values(row:n * block(block_rank):n) * coordinates)
     end if
   end function row_of_block

@@ -5,11 +5,12 @@
 !> Any number of threads may call these procedures, because they keep nothing. Only transposed_product allocates memory. The same
 !> numbers give the same bits on the same kind of processor.
 module sig_dense_kernels
-  use, intrinsic :: iso_c_binding, only: c_double, c_int
-  use sig_kinds, only: rk
+  use, intrinsic :: iso_c_binding, only: c_double, c_float, c_int
+  use sig_kinds, only: rk, sk
   implicit none(type, external)
   private
   public :: multiply, multiply_transpose, add_few_columns, add_columns_and_sizes
+  public :: add_single_columns, add_single_products
   public :: add_product, add_transposed_product, transposed_product
   public :: factor_lu, solve_lu, reciprocal_condition_lu, factor_cholesky, solve_cholesky, reduce_cholesky
   public :: extend_cholesky, reciprocal_condition_cholesky
@@ -61,6 +62,22 @@ module sig_dense_kernels
       real(c_double), intent(in) :: a(*), x(*)
       real(c_double), intent(inout) :: y(*)
     end subroutine sig_multiply_transpose
+
+    pure subroutine sig_add_single_columns(m, n, a, x, y) bind(c)
+      import :: c_double, c_float, c_int
+      integer(c_int), value, intent(in) :: m, n
+      real(c_float), intent(in) :: a(*)
+      real(c_double), intent(in) :: x(*)
+      real(c_double), intent(inout) :: y(*)
+    end subroutine sig_add_single_columns
+
+    pure subroutine sig_add_single_products(m, n, a, x, y) bind(c)
+      import :: c_double, c_float, c_int
+      integer(c_int), value, intent(in) :: m, n
+      real(c_float), intent(in) :: a(*)
+      real(c_double), intent(in) :: x(*)
+      real(c_double), intent(inout) :: y(*)
+    end subroutine sig_add_single_products
 
     pure subroutine sig_add_product(a_is_transposed, b_is_transposed, m, n, k, alpha, a, lda, b, ldb, c, ldc) bind(c)
       import :: c_double, c_int
@@ -176,6 +193,31 @@ contains
 
     call sig_add_columns_and_sizes(size(y), size(x), a, size(a, 1), x, y, sizes)
   end subroutine add_columns_and_sizes
+
+  !> Computes y = y + a x for a matrix in single precision, with sums in double precision. Columns that belong to zeros in x are
+  !> not read.
+  pure subroutine add_single_columns(a, x, y)
+    !> column by column, shape (m * n)
+    real(sk), contiguous, intent(in) :: a(:)
+    !> shape (n)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> shape (m)
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call sig_add_single_columns(size(y), size(x), a, x, y)
+  end subroutine add_single_columns
+
+  !> Computes y = y + a' x for a matrix in single precision, with sums in double precision.
+  pure subroutine add_single_products(a, x, y)
+    !> column by column, shape (m * n)
+    real(sk), contiguous, intent(in) :: a(:)
+    !> shape (m)
+    real(rk), contiguous, intent(in) :: x(:)
+    !> shape (n)
+    real(rk), contiguous, intent(inout) :: y(:)
+
+    call sig_add_single_products(size(x), size(y), a, x, y)
+  end subroutine add_single_products
 
   !> Computes y = alpha a' x + beta y, without a temporary array.
   subroutine multiply_transpose(alpha, a, x, beta, y)

@@ -341,7 +341,8 @@ contains
     if (self%contact_blocks%is_empty()) then
       call multiply_transpose(1.0_rk, self%of_contact, room%taken, 0.0_rk, work)
     else
-      work = reshape(self%contact_blocks%transposed_product(reshape(room%taken, [size(room%taken), 1])), [size(work)])
+      work = 0
+      call self%contact_blocks%add_transposed_product(room%taken, work)
     end if
   end subroutine work_on_contact
 

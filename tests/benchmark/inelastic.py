@@ -234,9 +234,14 @@ def main():
     parser.add_argument("--test", type=int, help="number of test histories")
     parser.add_argument("--cells", type=int, nargs=3, default=CELLS, help="of the fragment")
     parser.add_argument("--small", action="store_true", help="small meshes, few histories")
+    parser.add_argument("--keep", type=Path, metavar="FOLDER", help="where meshes, decks and results stay")
     options = parser.parse_args()
     programs = build("signorom", "benchmark_inelastic")
     for name in options.cases:
+        if options.keep:
+            options.keep.mkdir(parents=True, exist_ok=True)
+            study(programs, name, options.keep.resolve(), options)
+            continue
         with tempfile.TemporaryDirectory() as folder:
             study(programs, name, Path(folder), options)
 
