@@ -44,7 +44,7 @@ contains
     !> guess of the active set (lambda > 0), from which the active set method starts, shape (n); with size 0 the guess is q < 0
     logical, intent(in) :: is_active_start(:)
     type(lcp_solution_t), intent(inout) :: solution
-    !> work space for many problems; default: one for this problem alone
+    !> work space for many problems; default: one for this problem alone. workspace%w is W lambda + q where lambda is not zero
     type(lcp_workspace_t), intent(inout), optional :: workspace
     type(lcp_workspace_t) :: own
 

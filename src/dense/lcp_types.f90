@@ -28,6 +28,8 @@ module sig_lcp_types
   real(rk), parameter, public :: trusted_pivots = 1.0e-6_rk
   !> the active set method stops after this number of sets, or after one more than there are unknowns if that is larger
   integer, parameter, public :: usual_sets = 50
+  !> list_set orders indices in so many steps of their forces and overlaps
+  integer, parameter :: most_levels = 32
 
   !> The answer of lambda >= 0, w = W lambda + q >= 0, lambda' w = 0.
   type :: lcp_solution_t
@@ -58,6 +60,8 @@ module sig_lcp_types
     real(rk), allocatable :: w(:)
     !> w and row_size belong to lambda
     logical :: has_openings = .false.
+    !> lambda and w belong to a set, evaluated since forget_sets
+    logical :: has_depths = .false.
     !> sum of the absolute values of the terms of each row of w, shape (capacity)
     real(rk), allocatable :: row_size(:)
     !> whether lambda inside, or w outside of the set, is negative beyond the tolerance; shape (capacity)
@@ -81,8 +85,9 @@ module sig_lcp_types
     logical :: is_symmetric = .false.
     !> the factors of the set are from Cholesky
     logical :: is_cholesky = .false.
-    !> indices of the set that the kept one does not have, shape (capacity)
-    logical, allocatable :: is_new(:)
+    !> indices that list_set still has to list, and the place of each index in the kept set or 0; shape (capacity)
+    logical, allocatable :: is_listed(:)
+    integer, allocatable :: places(:)
     !> sets already seen, as bits, shape (n_words, n_sets)
     integer, allocatable :: history(:, :)
     !> factors of the matrix of the set, indices of the set in their order, pivots, a right-hand side, signs for the estimate of the
@@ -118,12 +123,13 @@ contains
     integer, intent(in) :: n
 
     if (n <= self%capacity) return
-    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%is_new, self%history, &
-      self%factors, self%active, self%pivots, self%work, self%signs)
+    if (allocated(self%lambda)) deallocate (self%lambda, self%w, self%row_size, self%is_violated, self%is_listed, self%places, &
+      self%history, self%factors, self%active, self%pivots, self%work, self%signs)
     if (allocated(self%tableau)) deallocate (self%tableau, self%basis, self%column, self%ratio, self%covering, self%is_candidate)
     self%capacity = n
     call self%forget_sets()
-    allocate (self%lambda(n), self%w(n), self%row_size(n), self%is_violated(n), self%is_new(n))
+    allocate (self%lambda(n), self%w(n), self%row_size(n), source=0.0_rk)
+    allocate (self%is_violated(n), self%is_listed(n), self%places(n))
     allocate (self%history(n_words(n), max(usual_sets, n + 1) + 1))
     allocate (self%factors(n, n), self%active(n), self%pivots(n), self%work(n), self%signs(n))
   end subroutine reserve
@@ -143,6 +149,7 @@ contains
     class(lcp_workspace_t), intent(inout) :: self
 
     self%n_kept = 0
+    self%has_depths = .false.
   end subroutine forget_sets
 
   !> Forgets what is known of the matrix, before another one is used.
@@ -173,6 +180,7 @@ contains
     call solve_set(q, workspace)
     call sum_rows(matrix, workspace%lambda(:size(q)), q, workspace%w, workspace%row_size)
     workspace%has_openings = .true.
+    workspace%has_depths = .true.
     call find_violations(is_active, condition_tolerance(workspace%reciprocal_condition, workspace%tolerance), workspace)
     ! The condition number costs as much as the solve, so it is estimated only where a sign depends on the tolerance.
     if (workspace%is_estimated .or. workspace%n_set == 0) return
@@ -212,8 +220,9 @@ contains
     if (self%keeps_factors .and. .not. self%is_singular) self%n_kept = self%n_set
   end subroutine factor_set
 
-  !> Lists the indices of a set in workspace%active. They are ascending, but those that the kept set has, too, come first, in its
-  !> order.
+  !> Lists the indices of a set in workspace%active: first those that the kept set has, too, then the others. Where an index leaves
+  !> the kept set, all behind it are factored anew. So indices that are likely to leave soon come last: small forces, and small
+  !> overlaps among those that enter.
   pure subroutine list_set(is_active, workspace, n_columns, n_rows)
     logical, intent(in) :: is_active(:)
     type(lcp_workspace_t), intent(inout) :: workspace
@@ -222,38 +231,63 @@ contains
     !> number of indices that both sets have. Their rows of these columns have been moved
     integer, intent(out) :: n_rows
     integer, parameter :: step = 8
-    integer :: i, n
+    integer :: i, j, n_levels, n_same
 
-    associate (active => workspace%active, n_kept => workspace%n_kept, is_new => workspace%is_new(:size(is_active)))
-      n_columns = 0
-      if (workspace%is_cholesky) then
-        n_columns = n_kept
-        do i = 1, n_kept
-          if (is_active(active(i))) cycle
-          n_columns = i - 1
-          exit
-        end do
-        n_columns = n_columns / step * step
-      end if
-      is_new = is_active
-      n = 0
-      do i = 1, n_kept
-        if (.not. is_active(active(i))) cycle
-        n = n + 1
-        is_new(active(i)) = .false.
-        if (n == i) cycle
-        active(n) = active(i)
-        workspace%factors(n, :n_columns) = workspace%factors(i, :n_columns)
+    associate (active => workspace%active, n_kept => workspace%n_kept, n => workspace%n_set, &
+               is_listed => workspace%is_listed(:size(is_active)), places => workspace%places(:size(is_active)))
+      n_same = n_kept
+      places = 0
+      do i = n_kept, 1, -1
+        places(active(i)) = i
+        if (.not. is_active(active(i))) n_same = (i - 1) / step * step
       end do
+      n_levels = merge(most_levels, 1, workspace%has_depths .and. n_kept > 0)
+      n = n_same
+      is_listed = is_active .and. places > n_same
+      call list_by_size(workspace%lambda, 1.0_rk, n_levels, is_listed, active, n)
       n_rows = n
-      do i = 1, size(is_active)
-        if (.not. is_new(i)) cycle
-        n = n + 1
-        active(n) = i
+      n_columns = merge(n_same / step * step, 0, workspace%is_cholesky)
+      do j = 1, merge(n_columns, 0, n_same < n_kept)
+        do i = n_same + 1, n_rows
+          workspace%work(i) = workspace%factors(places(active(i)), j)
+        end do
+        workspace%factors(n_same + 1:n_rows, j) = workspace%work(n_same + 1:n_rows)
       end do
-      workspace%n_set = n
+      is_listed = is_active .and. places == 0
+      call list_by_size(workspace%w, -1.0_rk, n_levels, is_listed, active, n)
     end associate
   end subroutine list_set
+
+  !> Appends indices to a list, those of the largest sign * number first, in n_levels steps from the largest one to 0; those of a
+  !> step are ascending.
+  pure subroutine list_by_size(numbers, sign, n_levels, is_listed, list, n)
+    real(rk), intent(in) :: numbers(:)
+    real(rk), intent(in) :: sign
+    integer, intent(in) :: n_levels
+    !> on entry the indices to append, on exit none
+    logical, intent(inout) :: is_listed(:)
+    integer, intent(inout) :: list(:)
+    !> length of the list
+    integer, intent(inout) :: n
+    real(rk) :: largest
+    integer :: i, level
+
+    largest = 0
+    do i = 1, merge(size(is_listed), 0, n_levels > 1)
+      if (is_listed(i)) largest = max(largest, sign * numbers(i))
+    end do
+    do level = n_levels - 1, 0, -1
+      do i = 1, size(is_listed)
+        if (.not. is_listed(i)) cycle
+        if (level > 0) then
+          if (sign * numbers(i) < largest * level / n_levels) cycle
+        end if
+        n = n + 1
+        list(n) = i
+        is_listed(i) = .false.
+      end do
+    end do
+  end subroutine list_by_size
 
   !> Factors the matrix of the listed set. n_columns and n_rows, of list_set: what is known of the factor.
   subroutine factor_matrix(matrix, n_columns, n_rows, workspace, info)

@@ -21,9 +21,9 @@ module sig_condensed_model
   use sig_kinds, only: rk
   use sig_lcp_derivative, only: differentiate_lcp, lcp_derivative_t
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
-  use sig_linear_algebra, only: multiply
+  use sig_linear_algebra, only: multiply, unit_vector
   use sig_model_data, only: model_sizes_t
-  use sig_reasons, only: reason_no_friction, reason_no_material, reason_outside, reason_outside_friction, &
+  use sig_reasons, only: reason_converged, reason_no_friction, reason_no_material, reason_outside, reason_outside_friction, &
     reason_pulled_off, reason_ray
   use sig_reduced, only: neighbors_t, reduced_t, room_t
   use sig_text, only: fine_digits, short_number
@@ -63,6 +63,8 @@ module sig_condensed_model
     procedure :: keep_factors
     procedure :: unknown_changes
     procedure :: take_openings
+    procedure :: take_unknowns
+    procedure :: openings_of_terms
     procedure :: opening_changes
     procedure :: forget
     procedure :: n_remembered
@@ -292,20 +294,93 @@ contains
     end select
   end subroutine take_openings
 
-  !> Adds to changes of q [length] what changes of the unknowns open, shapes (n_rows, n_directions): changes of w.
-  subroutine opening_changes(self, room, unknown_changes, changes)
+  !> Takes an answer that was found without this problem, from what changes of other openings and of theta change. Requires: no
+  !> friction, one system.
+  subroutine take_unknowns(self, room, theta, unknowns, openings, answer)
+    class(condensed_model_t), intent(in) :: self
+    !> with other openings (open_contacts)
+    class(room_t), intent(inout) :: room
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> [force] and w [length], which solve the problem; shape (n_rows)
+    real(rk), intent(in) :: unknowns(:)
+    real(rk), intent(in) :: openings(:)
+    type(answer_t), intent(inout) :: answer
+    logical :: is_valid
+
+    select type (room)
+    type is (condensed_room_t)
+      answer%reason = reason_no_material
+      call self%compliance%evaluate(theta, room%point, is_valid)
+      if (.not. is_valid) return
+      room%point%opening = room%point%opening + room%point%other_opening
+      room%opening = openings
+      answer%unknowns = unknowns
+      answer%method = answer_condensed
+      answer%reason = reason_converged
+      answer%residual = 0
+      answer%n_solutions = 1
+      call complete_answer(self%compliance, theta, room, answer)
+    end select
+  end subroutine take_unknowns
+
+  !> Returns by how much each term opens each contact [length per unit of theta], shape (n_rows, n_terms). Requires: W is fixed.
+  function openings_of_terms(self, room, n_terms) result(openings)
+    class(condensed_model_t), intent(in) :: self
+    class(room_t), intent(in) :: room
+    integer, intent(in) :: n_terms
+    real(rk), allocatable :: openings(:, :)
+    real(rk) :: nothing(self%n_rows()), zeros(n_terms)
+    integer :: i
+
+    allocate (openings(self%n_rows(), n_terms), source=0.0_rk)
+    nothing = 0
+    zeros = 0
+    select type (room)
+    type is (condensed_room_t)
+      do i = 1, n_terms
+        call self%compliance%change_openings(room%point, zeros, unit_vector(n_terms, i), nothing, openings(:, i))
+      end do
+    end select
+  end function openings_of_terms
+
+  !> Computes changes of w [length] from changes of q and of the unknowns, shapes (n_rows, n_directions): w stays 0 in the rows that
+  !> are closed, and the unknowns 0 in the others.
+  subroutine opening_changes(self, room, is_closed, unknown_changes, changes)
     class(condensed_model_t), target, intent(in) :: self
     class(room_t), target, intent(in) :: room
+    !> shape (n_rows)
+    logical, intent(in) :: is_closed(:)
     real(rk), contiguous, intent(in) :: unknown_changes(:, :)
+    !> on entry those of q
     real(rk), contiguous, intent(inout) :: changes(:, :)
     real(rk), pointer, contiguous :: matrix(:, :)
+    integer :: i
 
     select type (room)
     type is (condensed_room_t)
       matrix => self%compliance%matrix(room%point)
-      call add_product(1.0_rk, matrix, unknown_changes, changes)
+      associate (rows => [(i, i=1, size(is_closed))])
+        call change_open_rows(matrix, pack(rows, .not. is_closed), pack(rows, is_closed), unknown_changes, changes)
+      end associate
     end select
   end subroutine opening_changes
+
+  subroutine change_open_rows(matrix, open_rows, closed_rows, unknown_changes, changes)
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    integer, intent(in) :: open_rows(:)
+    integer, intent(in) :: closed_rows(:)
+    real(rk), intent(in) :: unknown_changes(:, :)
+    real(rk), intent(inout) :: changes(:, :)
+    real(rk) :: block(size(open_rows), size(closed_rows)), of_closed(size(closed_rows), size(changes, 2)), &
+      of_open(size(open_rows), size(changes, 2))
+
+    block = matrix(open_rows, closed_rows)
+    of_closed = unknown_changes(closed_rows, :)
+    of_open = changes(open_rows, :)
+    call add_product(1.0_rk, block, of_closed, of_open)
+    changes = 0
+    changes(open_rows, :) = of_open
+  end subroutine change_open_rows
 
   subroutine step_changes(compliance, steps, room, answer, openings, changes, is_known)
     class(compliance_t), intent(in) :: compliance
@@ -498,7 +573,6 @@ contains
     type(answer_t), intent(inout) :: answer
     real(rk), pointer, contiguous :: matrix(:, :)
     logical :: is_valid
-    integer :: n
 
     answer%reason = reason_no_material
     call compliance%evaluate(theta, room%point, is_valid)
@@ -507,21 +581,35 @@ contains
     matrix => compliance%matrix(room%point)
     call find_unknowns(compliance, matrix, theta, near, room, answer)
     if (answer%reason == reason_ray .and. size(compliance%anchors) > 0) answer%reason = reason_pulled_off
-    if (answer%reason <= 0) return
-    n = size(room%point%opening)
-    room%opening = room%point%opening
-    call add_few_columns(matrix, answer%unknowns(:n), room%opening)
+    if (answer%reason > 0) call complete_answer(compliance, theta, room, answer)
+  end subroutine solve_system
+
+  !> Sets the forces of all rows, and what follows from them, for unknowns and openings that solve the problem of the point. Without
+  !> an answer the reason is reason_outside (solve_system).
+  subroutine complete_answer(compliance, theta, room, answer)
+    class(compliance_t), target, intent(in) :: compliance
+    real(rk), contiguous, intent(in) :: theta(:)
+    !> in: openings
+    type(condensed_room_t), target, intent(inout) :: room
+    !> in: unknowns
+    type(answer_t), intent(inout) :: answer
+    real(rk), pointer, contiguous :: matrix(:, :)
+    logical :: is_valid
+    integer :: n
+
+    n = size(room%opening)
     call compliance%expand(room%point, room%opening, answer%unknowns(:n), answer%multipliers, is_valid)
     if (.not. is_valid) then
       answer%reason = reason_outside
       answer%n_solutions = 0
       return
     end if
+    matrix => compliance%matrix(room%point)
     call compliance%drop_rounding(theta, room%point, answer%unknowns(:n), answer%multipliers)
     call count_free(matrix, compliance, answer)
     call answer%take_all_forces()
     call compliance%solve_modes(room%point, answer)
-  end subroutine solve_system
+  end subroutine complete_answer
 
   !> Solves for the unknowns by what is known of the nearest training point (solve_near), and with all of W if that gives no answer.
   subroutine find_unknowns(compliance, matrix, theta, near, room, answer)
@@ -532,7 +620,7 @@ contains
     type(neighbors_t), intent(in) :: near
     !> with q in room%point
     type(condensed_room_t), intent(inout) :: room
-    !> out: reason and unknowns
+    !> out: reason and unknowns; with a reason > 0, w is in room%opening
     type(answer_t), intent(inout) :: answer
     logical :: is_tried
 
@@ -544,10 +632,15 @@ contains
     call compliance%solve_near(near%nearest, theta, room%start, room%point, room%solution, room%workspace, answer%unknowns, &
       is_tried)
     if (is_tried) call answer%take_solution(room%solution, answer_condensed)
-    if (answer%reason > 0) return
+    room%opening = room%point%opening
+    if (answer%reason > 0) then
+      call add_few_columns(matrix, answer%unknowns(:size(room%opening)), room%opening)
+      return
+    end if
     call solve_lcp(matrix, room%point%opening, room%start, room%solution, room%workspace)
     call answer%take_solution(room%solution, answer_condensed)
     answer%unknowns(:size(room%start)) = room%solution%lambda
+    if (any(room%solution%is_active)) room%opening = room%workspace%w(:size(room%start))
   end subroutine find_unknowns
 
   !> Counts the motions that no force holds (n_free_motions).

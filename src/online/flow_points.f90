@@ -62,7 +62,7 @@ module sig_flow_points
     procedure :: apply_laws
     procedure :: work_on_modes
     procedure :: work_on_contact
-    procedure :: change_of_strains
+    procedure :: add_contact_strains
     procedure :: change_of_work
   end type flow_points_t
 
@@ -346,20 +346,19 @@ contains
     end if
   end subroutine work_on_contact
 
-  !> Computes by how much strains change with the amplitudes, where the unknowns follow them: shape (n_strains * n_points, n_modes).
-  !> Requires: of_contact has the strains of contact forces.
-  subroutine change_of_strains(self, unknown_changes, changes)
+  !> Adds the strains of unknowns to strains. Requires: of_contact has the strains of contact forces.
+  subroutine add_contact_strains(self, unknowns, strains)
     class(flow_points_t), intent(in) :: self
-    !> [force/sqrt(force*length)] of each amplitude, shape (n_rows, n_modes)
-    real(rk), contiguous, intent(in) :: unknown_changes(:, :)
-    real(rk), contiguous, intent(inout) :: changes(:, :)
+    !> [force per any unit], shape (n_rows, n_columns)
+    real(rk), contiguous, intent(in) :: unknowns(:, :)
+    !> [- per the same unit], shape (n_strains * n_points, n_columns)
+    real(rk), contiguous, intent(inout) :: strains(:, :)
 
-    changes = self%of_modes
-    call add_product(1.0_rk, self%of_contact, unknown_changes, changes)
-  end subroutine change_of_strains
+    call add_product(1.0_rk, self%of_contact, unknowns, strains)
+  end subroutine add_contact_strains
 
-  !> Computes by how much work_on_modes changes with the amplitudes, if strains do so as change_of_strains says: shape (n_modes,
-  !> n_modes).
+  !> Computes by how much work_on_modes changes with the amplitudes, with which strains change by strain_changes: shape
+  !> (n_modes, n_modes).
   subroutine change_of_work(self, room, strain_changes, change)
     class(flow_points_t), intent(in) :: self
     type(flow_room_t), intent(in) :: room

@@ -114,23 +114,33 @@ module sig_inelastic_model
     real(rk), allocatable :: openings(:)
   end type chain_t
 
-  !> How unknowns, openings and strains of the chosen points follow the amplitudes, as long as no contact closes or opens: they are
-  !> linear. What changes per amplitude stays the same from one time to the next where W is fixed.
+  !> How unknowns, openings and strains of the chosen points follow the amplitudes and, where W is fixed and the terms are few, the
+  !> terms, as long as no contact closes or opens: they are linear, without a constant part. What changes per amplitude and term
+  !> stays the same from one time to the next where W is fixed.
   type :: course_t
+    !> whether the terms are followed, too
+    logical :: has_terms = .false.
     !> whether the changes are known, and those of which closed contacts they are, shape (n_rows)
     logical :: is_known = .false.
     logical, allocatable :: is_closed(:)
-    !> per amplitude: unknowns [force/sqrt(force*length)] and openings [length/sqrt(force*length)], shape (n_rows, n_modes), strains
-    !> [1/sqrt(force*length)], shape (n_strains * n_points, n_modes)
+    !> what opens the contacts by itself: per amplitude minus B U, per term D - B G; shape (n_rows, n_directions)
+    real(rk), allocatable :: own_openings(:, :)
+    !> per amplitude or term: unknowns and openings, shape (n_rows, n_directions), and strains, shape (n_strains * n_points,
+    !> n_directions)
     real(rk), allocatable :: unknown_changes(:, :)
     real(rk), allocatable :: opening_changes(:, :)
     real(rk), allocatable :: strain_changes(:, :)
-    !> whether there is a solution to start from, and the amplitudes, openings, unknowns and strains of it
+    !> whether there is a solution to start from, and the amplitudes, openings, unknowns and strains of it. Where the terms are
+    !> followed, the start is where all is zero
     logical :: has_start = .false.
     real(rk), allocatable :: amplitudes(:)
     real(rk), allocatable :: openings(:)
     real(rk), allocatable :: unknowns(:)
     real(rk), allocatable :: strains(:)
+    !> openings and unknowns where `follow` went last, and whether the contact has been solved there instead
+    real(rk), allocatable :: openings_there(:)
+    real(rk), allocatable :: unknowns_there(:)
+    logical :: is_solved = .false.
   end type course_t
 
   type, extends(room_t) :: inelastic_room_t
@@ -163,6 +173,8 @@ module sig_inelastic_model
   !> a step is tried in most_trials lengths at most, each at least this share of the one before
   integer, parameter :: most_trials = 15
   real(rk), parameter :: shortest = 0.1_rk
+  !> more terms than these are not followed (course_t)
+  integer, parameter :: most_terms = 32
 
 contains
 
@@ -285,7 +297,7 @@ contains
     call self%chosen%create_room(self%laws, own%chosen)
     call self%check%create_room(self%laws, own%check)
     call self%all%create_room(self%laws, own%all)
-    call create_course(self, own%course)
+    call create_course(self, size(self%chosen%of_terms, 2), own%contact, own%course)
     call self%properties%compile(own%properties, message)
     call own%strain_terms%create(self%strain_terms, message)
     allocate (own%strain_theta(self%strain_terms%n_terms()), source=0.0_rk)
@@ -311,14 +323,23 @@ contains
     end associate
   end subroutine create_chain
 
-  subroutine create_course(self, course)
+  subroutine create_course(self, n_terms, contact, course)
     class(inelastic_model_t), intent(in) :: self
+    integer, intent(in) :: n_terms
+    class(room_t), intent(in) :: contact
     type(course_t), intent(inout) :: course
+    integer :: n_directions
 
+    course%has_terms = self%contact%compliance%is_fixed() .and. n_terms <= most_terms
     associate (n => self%n_rows(), n_modes => self%n_modes(), n_strains => size(self%chosen%of_modes, 1))
+      n_directions = n_modes + merge(n_terms, 0, course%has_terms)
+      allocate (course%own_openings(n, n_directions))
+      course%own_openings(:, :n_modes) = self%mode_openings
+      if (course%has_terms) course%own_openings(:, n_modes + 1:) = self%contact%openings_of_terms(contact, n_terms)
       allocate (course%is_closed(n), source=.false.)
-      allocate (course%unknown_changes(n, n_modes), course%opening_changes(n, n_modes), course%strain_changes(n_strains, n_modes), &
-        course%amplitudes(n_modes), course%openings(n), course%unknowns(n), course%strains(n_strains), source=0.0_rk)
+      allocate (course%unknown_changes(n, n_directions), course%opening_changes(n, n_directions), &
+        course%strain_changes(n_strains, n_directions), course%amplitudes(n_modes), course%openings(n), course%unknowns(n), &
+        course%strains(n_strains), course%openings_there(n), course%unknowns_there(n), source=0.0_rk)
     end associate
   end subroutine create_course
 
@@ -444,7 +465,7 @@ contains
       call room%strain_terms%evaluate(room%state, room%strain_theta, is_valid, i_source)
       answer%reason = reason_bad_term
       if (.not. is_valid) return
-      room%course%has_start = .false.
+      room%course%has_start = room%course%has_terms
       room%course%is_known = room%course%is_known .and. self%contact%compliance%is_fixed()
       call start_chain(self, theta, room%reduced)
       call start_chain(self, theta, room%corrected)
@@ -533,10 +554,8 @@ contains
     call measure(self, theta, room, residual, reason)
     do while (reason > 0)
       if (norm2(residual) <= tolerance * max(norm2(room%amplitudes), self%largest_amplitude)) then
-        ! contact that follows the amplitudes is as good as solved: here it is solved
-        call settle_contact(self, theta, room, residual, reason, is_found)
-        if (is_found) return
-        cycle
+        call settle_contact(self, theta, room)
+        return
       end if
       reason = reason_no_material_answer
       if (n_iterations == most_iterations) return
@@ -587,7 +606,7 @@ contains
     logical :: is_valid
 
     reason = 1
-    call follow(room%course, room%amplitudes, room%chosen%strains, is_valid)
+    call follow(room%course, room%amplitudes, theta, room%chosen%strains, is_valid)
     if (.not. is_valid) call open_course(self, theta, room, reason)
     if (reason <= 0) return
     call self%chosen%apply_laws(self%laws, room%dt, room%chosen, is_valid)
@@ -608,12 +627,14 @@ contains
     associate (course => room%course, answer => room%reduced%answer, strains => room%chosen%strains)
       reason = answer%reason
       course%has_start = .false.
+      course%is_solved = .true.
       if (reason <= 0) return
       call self%chosen%find_strains(theta, answer%unknowns, room%amplitudes, strains)
       if (.not. self%contact%laws%is_plain()) return
       course%has_start = .true.
       if (any((answer%unknowns > 0) .neqv. course%is_closed)) course%is_known = .false.
       course%is_closed = answer%unknowns > 0
+      if (course%has_terms) return
       course%amplitudes = room%amplitudes
       course%unknowns = answer%unknowns
       call self%contact%take_openings(room%contact, course%openings)
@@ -621,48 +642,41 @@ contains
     end associate
   end subroutine open_course
 
-  !> Finds the strains for amplitudes along a course. is_valid: there is a course, and on the way no contact closes or opens.
-  subroutine follow(course, amplitudes, strains, is_valid)
-    type(course_t), intent(in) :: course
+  !> Finds the strains for amplitudes along a course. is_valid: there is a course, and no contact closes or opens.
+  subroutine follow(course, amplitudes, theta, strains, is_valid)
+    type(course_t), intent(inout) :: course
     real(rk), intent(in) :: amplitudes(:)
+    real(rk), intent(in) :: theta(:)
     real(rk), contiguous, intent(inout) :: strains(:)
     logical, intent(out) :: is_valid
-    real(rk) :: step(size(amplitudes)), openings(size(course%openings)), unknowns(size(course%unknowns))
+    real(rk) :: step(size(course%unknown_changes, 2))
 
     is_valid = course%has_start .and. course%is_known
     if (.not. is_valid) return
-    step = amplitudes - course%amplitudes
-    unknowns = course%unknowns
-    call multiply(1.0_rk, course%unknown_changes, step, 1.0_rk, unknowns)
-    openings = course%openings
-    call multiply(1.0_rk, course%opening_changes, step, 1.0_rk, openings)
-    is_valid = all(merge(unknowns > 0, openings >= 0, course%is_closed))
+    step(:size(amplitudes)) = amplitudes - course%amplitudes
+    if (course%has_terms) step(size(amplitudes) + 1:) = theta
+    course%unknowns_there = course%unknowns
+    call multiply(1.0_rk, course%unknown_changes, step, 1.0_rk, course%unknowns_there)
+    course%openings_there = course%openings
+    call multiply(1.0_rk, course%opening_changes, step, 1.0_rk, course%openings_there)
+    is_valid = all(merge(course%unknowns_there > 0, course%openings_there >= 0, course%is_closed))
     if (.not. is_valid) return
+    course%is_solved = .false.
     strains = course%strains
     call multiply(1.0_rk, course%strain_changes, step, 1.0_rk, strains)
   end subroutine follow
 
-  !> Solves the contact for amplitudes that were found along a course. Where other contacts are closed than on the course, because
-  !> some touch without a force, is_settled is false, and the residual is that of a new course.
-  subroutine settle_contact(self, theta, room, residual, reason, is_settled)
+  !> Takes the contact forces that were found along a course. All signs are right there, so that they are those of the amplitudes.
+  subroutine settle_contact(self, theta, room)
     class(inelastic_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
     type(inelastic_room_t), intent(inout) :: room
-    real(rk), contiguous, intent(inout) :: residual(:)
-    integer, intent(out) :: reason
-    logical, intent(out) :: is_settled
 
-    reason = 1
-    associate (course => room%course, answer => room%reduced%answer)
-      is_settled = .not. course%has_start
-      if (.not. is_settled) is_settled = all(abs(room%amplitudes - course%amplitudes) <= 0)
-      if (is_settled) return
-      call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, room%reduced%openings)
-      call solve_contact(self, room%contact, room%reduced)
-      reason = answer%reason
-      course%has_start = .false.
-      if (reason > 0) is_settled = all((answer%unknowns > 0) .eqv. course%is_closed)
-      if (reason > 0 .and. .not. is_settled) call measure(self, theta, room, residual, reason)
+    associate (course => room%course, chain => room%reduced)
+      if (course%is_solved) return
+      call multiply(1.0_rk, self%mode_openings, room%amplitudes, 0.0_rk, chain%openings)
+      call self%contact%open_contacts(room%contact, chain%openings)
+      call self%contact%take_unknowns(room%contact, theta, course%unknowns_there, course%openings_there, chain%answer)
     end associate
   end subroutine settle_contact
 
@@ -678,7 +692,7 @@ contains
     integer :: i
 
     if (.not. (room%course%has_start .and. room%course%is_known)) call find_course(self, room)
-    call self%chosen%change_of_work(room%chosen, room%course%strain_changes, matrix)
+    call self%chosen%change_of_work(room%chosen, room%course%strain_changes(:, :self%n_modes()), matrix)
     matrix = -matrix
     do i = 1, size(step)
       matrix(i, i) = matrix(i, i) + 1
@@ -689,24 +703,26 @@ contains
     if (is_found) step = -lu%solve(residual)
   end subroutine find_step
 
-  !> Finds what changes with the amplitudes.
+  !> Finds what changes with the amplitudes, and with the terms where they are followed.
   subroutine find_course(self, room)
     class(inelastic_model_t), intent(in) :: self
     type(inelastic_room_t), intent(inout) :: room
 
-    associate (course => room%course)
-      call self%contact%unknown_changes(room%contact, room%reduced%answer, self%mode_openings, course%unknown_changes, &
+    associate (course => room%course, n_modes => self%n_modes())
+      call self%contact%unknown_changes(room%contact, room%reduced%answer, course%own_openings, course%unknown_changes, &
         course%is_known)
-      call self%chosen%change_of_strains(course%unknown_changes, course%strain_changes)
+      course%strain_changes(:, :n_modes) = self%chosen%of_modes
+      if (course%has_terms) course%strain_changes(:, n_modes + 1:) = self%chosen%of_terms
+      call self%chosen%add_contact_strains(course%unknown_changes, course%strain_changes)
       course%is_known = course%is_known .and. course%has_start
       if (.not. course%is_known) return
-      course%opening_changes = self%mode_openings
-      call self%contact%opening_changes(room%contact, course%unknown_changes, course%opening_changes)
+      course%opening_changes = course%own_openings
+      call self%contact%opening_changes(room%contact, course%is_closed, course%unknown_changes, course%opening_changes)
     end associate
   end subroutine find_course
 
-  !> Evaluates the laws at more points, and solves for the contact forces under the inelastic strains of these. Where the states of
-  !> all points are wanted, it finds these, too.
+  !> Evaluates the laws at more points, and solves for the contact forces under the inelastic strains of these; without check points
+  !> the forces stay as they are. Where the states of all points are wanted, it finds these, too.
   subroutine correct(self, theta, room, reason)
     class(inelastic_model_t), intent(in) :: self
     real(rk), contiguous, intent(in) :: theta(:)
@@ -714,9 +730,14 @@ contains
     integer, intent(out) :: reason
     logical :: is_solved
 
-    call update_points(self%check, room%check, is_solved)
-    call self%check%work_on_contact(room%check, room%corrected%openings)
-    call solve_contact(self, room%contact, room%corrected)
+    if (self%check%n_points() == 0) then
+      room%corrected = room%reduced
+      is_solved = .true.
+    else
+      call update_points(self%check, room%check, is_solved)
+      call self%check%work_on_contact(room%check, room%corrected%openings)
+      call solve_contact(self, room%contact, room%corrected)
+    end if
     reason = room%corrected%answer%reason
     if (room%has_points .and. self%check%n_points() == self%all%n_points()) then
       room%all%states = room%check%states
@@ -757,7 +778,8 @@ contains
       end if
       call answer%take_all_forces()
       answer%is_active = found%is_active
-      call self%check%work_on_modes(room%check, answer%coordinates)
+      answer%coordinates = room%amplitudes
+      if (self%check%n_points() > 0) call self%check%work_on_modes(room%check, answer%coordinates)
       if (allocated(answer%plastic)) deallocate (answer%plastic)
       if (allocated(answer%creep)) deallocate (answer%creep)
       if (room%has_points) then

@@ -1,8 +1,6 @@
 ! SPDX-License-Identifier: BSD-3-Clause
 !> Times of queries of a model of materials that flow: with strains at all points, with the correction of the forces alone, and
-!> without the points of the correction.
-!>
-!> Without these the forces of the contact are still solved for once more, so that the time is a little too long.
+!> without the correction.
 !>
 !> Arguments: model.h5, values of the parameters of each history, one history after the other.
 program benchmark_inelastic

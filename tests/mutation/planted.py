@@ -1345,8 +1345,8 @@ PLANTED = [
     ),
     Planted(
         SRC + "dense/lcp_types.f90",
-        "workspace%factors(n, :n_columns) = workspace%factors(i, :n_columns)",
-        "workspace%factors(n, :n_columns) = workspace%factors(n, :n_columns)",
+        "workspace%work(i) = workspace%factors(places(active(i)), j)",
+        "workspace%work(i) = workspace%factors(i, j)",
         "rows that stay in a set keep the factor of others",
     ),
     Planted(
