@@ -196,11 +196,11 @@ def study(programs, name, folder, options):
     p95 = tell_errors(report["histories"])
     print(f"  full order ({report['solver']['type']}): {1e3 * of_full_order:.3g} ms per time")
     speed = {}
-    for way, (seconds, n_iterations, n_refused, _) in zip(WAYS, numbers[1:], strict=True):
+    for way, (seconds, n_iterations, n_refused, _, median) in zip(WAYS, numbers[1:], strict=True):
         speed[way] = of_full_order / seconds
         print(
-            f"  query, {way}: {1e3 * seconds:.3g} ms, {n_iterations:.1f} iterations, {n_refused:.0f} without answer: "
-            f"{speed[way]:.0f} times faster"
+            f"  query, {way}: {1e3 * seconds:.3g} ms on average, {1e3 * median:.3g} ms in the median, "
+            f"{n_iterations:.1f} iterations, {n_refused:.0f} without answer: {speed[way]:.0f} times faster"
         )
     for way, least in zip(WAYS[1:], SPEED[name], strict=True):
         tell_target(f"{least} times faster, {way}", speed[way] >= least)

@@ -33,6 +33,7 @@ module sig_inelastic_training
   use sig_point_choice, only: choose_points, share_missed
   use sig_point_values, only: count_points
   use sig_problem, only: problem_t
+  use sig_random_numbers, only: random_t
   use sig_reasons, only: reason_converged
   use sig_reduced, only: model_sizes_t, neighbors_t, reduced_t, room_t
   use sig_reduced_kinds, only: bodies_of
@@ -58,6 +59,8 @@ module sig_inelastic_training
   !> [-] tolerance of the points that correct, and what they may miss of all sums over the points: sig_point_choice fits only some
   !> random sums of them where they are many
   real(rk), parameter :: check_tolerance = 1.0e-5_rk, most_missed = 1.0e-3_rk
+  !> the points that correct are chosen by so many closings of contacts at most
+  integer, parameter :: most_closings = 256
   !> [-] errors in training (measure_error) with which no further points are chosen, and for which not all points are taken; and by
   !> how much one error is much above another
   real(rk), parameter :: enough = 2.0e-3_rk, tolerable = 1.0e-2_rk, much_above = 1.5_rk
@@ -506,7 +509,7 @@ contains
     call lu%factor(stiff)
     shares = 1
     if (.not. lu%is_singular) then
-      of_closing = transpose(lu%solve(transpose(model%all%of_contact)))
+      call strain_by_closing(model%all%of_contact, lu, of_closing)
       call choose_points(model%all, model%hooke, stresses, check_tolerance, shares, of_closing)
       if (share_missed(of_closing, stresses, shares) > most_missed) shares = 1
     end if
@@ -514,6 +517,34 @@ contains
     if (2 * count(shares > 0) > size(shares) .or. .not. any(shares > 0)) shares = 1
     call take_points(model%all, shares, model%check)
   end subroutine choose_check_points
+
+  !> Computes the strains of the contact forces that close each contact by a unit. With more contacts than most_closings, these are
+  !> so many sums of them with random signs, which keep sizes on average: all would take several times the memory of of_contact.
+  subroutine strain_by_closing(of_contact, lu, of_closing)
+    !> strains of unit contact forces, shape (n_strains * n_points, n_rows)
+    real(rk), contiguous, intent(in) :: of_contact(:, :)
+    !> factors of W
+    type(lu_t), intent(in) :: lu
+    real(rk), allocatable, intent(out) :: of_closing(:, :)
+    real(rk), allocatable :: forces(:, :)
+    type(random_t) :: random
+    real(rk) :: draw
+    integer :: i, k, n_rows
+
+    n_rows = size(of_contact, 2)
+    allocate (forces(n_rows, min(n_rows, most_closings)), source=0.0_rk)
+    do k = 1, size(forces, 2)
+      forces(k, k) = 1
+      if (n_rows <= most_closings) cycle
+      do i = 1, n_rows
+        call random%fraction(draw)
+        forces(i, k) = sign(1 / sqrt(real(most_closings, rk)), draw - 0.5_rk)
+      end do
+    end do
+    forces = lu%solve(forces)
+    allocate (of_closing(size(of_contact, 1), size(forces, 2)), source=0.0_rk)
+    call add_product(1.0_rk, of_contact, forces, of_closing)
+  end subroutine strain_by_closing
 
   !> Says how many modes and points there are, and the error that they make.
   subroutine report(model, error)
