@@ -1350,6 +1350,32 @@ PLANTED = [
         "rows that stay in a set keep the factor of others",
     ),
     Planted(
+        SRC + "online/inelastic_model.f90",
+        "step(size(amplitudes) + 1:) = theta",
+        "step(size(amplitudes) + 1:) = 0.9_rk * theta",
+        "contact follows the terms by too little",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "online/condensed_model.f90",
+        "call add_product(1.0_rk, block, of_closed, of_open)",
+        "call add_product(0.5_rk, block, of_closed, of_open)",
+        "forces open the other contacts by too little along a course",
+        "verification.test_inelastic_model$",
+    ),
+    Planted(
+        SRC + "dense/dense_singles.c",
+        "for (int l = i; l < m; l++) part",
+        "for (int l = i; l < m - 1; l++) part",
+        "products of single precision forget the last row",
+    ),
+    Planted(
+        SRC + "dense/compressed_matrix.f90",
+        "x(self%column_order) = x(self%column_order) + sum_of_columns",
+        "x = x + sum_of_columns",
+        "products of a transposed compressed matrix have another order",
+    ),
+    Planted(
         SRC + "dense/dense_factors.c",
         "take_square(n_2, n_columns, a + n_columns, lda, second, lda);",
         "take_square(n_2 - 1, n_columns, a + n_columns, lda, second, lda);",
