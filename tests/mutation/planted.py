@@ -1361,7 +1361,6 @@ PLANTED = [
         "call add_product(1.0_rk, block, of_closed, of_open)",
         "call add_product(0.5_rk, block, of_closed, of_open)",
         "forces open the other contacts by too little along a course",
-        "verification.test_inelastic_model$",
     ),
     Planted(
         SRC + "dense/dense_singles.c",
