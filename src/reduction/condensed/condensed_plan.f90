@@ -267,8 +267,8 @@ contains
   end function why_not_condensed
 
   !> [MB] Returns the largest size of W and q: reduction.max_full_order_size; where this is auto, a third of it, because answers
-  !> need work space of that size, and pivot transforms. With friction and ties W is taken as long as it has room: its model alone has
-  !> answers for all histories.
+  !> need work space of that size, and pivot transforms. With friction and ties W is taken as long as it has room: its model alone
+  !> has answers for all histories.
   pure real(rk) function room_of(problem) result(room)
     type(problem_t), intent(in) :: problem
 
@@ -278,11 +278,13 @@ contains
 
   !> [MB] Returns the largest size of all pivot transforms: reduction.max_transforms_size; where this is auto, a third of
   !> reduction.max_full_order_size.
-  pure real(rk) function room_for_transforms(reduction) result(room)
-    type(reduction_config_t), intent(in) :: reduction
+  pure real(rk) function room_for_transforms(problem) result(room)
+    type(problem_t), intent(in) :: problem
 
-    room = reduction%max_transforms_size
-    if (reduction%is_transforms_size_auto) room = reduction%max_full_order_size / 3
+    associate (reduction => problem%deck%reduction)
+      room = reduction%max_transforms_size
+      if (reduction%is_transforms_size_auto) room = reduction%max_full_order_size / 3
+    end associate
   end function room_for_transforms
 
   !> [MB] Returns the memory for W and q (of all terms). One MB is 1e6 bytes.
@@ -303,7 +305,7 @@ contains
 
     plan = plan_displacements(problem)
     associate (reduction => problem%deck%reduction, n_rows => real(problem%force_rows%n_rows, rk))
-      megabytes = forces_size(problem) + min(room_for_transforms(reduction), most_references * number_size * n_rows**2)
+      megabytes = forces_size(problem) + min(room_for_transforms(problem), most_references * number_size * n_rows**2)
       per_dof = number_size * (n_rows + problem%boundary%n_terms)
       megabytes = megabytes + size(plan%exact_dofs) * per_dof
       if (plan%has_modes) megabytes = megabytes + &

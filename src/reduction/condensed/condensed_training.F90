@@ -114,7 +114,7 @@ contains
     call bound_compliance(fixed)
     if (model%laws%is_plain() .and. .not. full_order%problem%flow%is_there()) then
       fixed%start_sets = start_sets_of(snapshots%forces(), fixed%anchors)
-      call choose_references(room_for_transforms(full_order%problem%deck%reduction), fixed, error)
+      call choose_references(room_for_transforms(full_order%problem), fixed, error)
       call drop_inaccurate_references(full_order%problem, snapshots, model)
     else
       ! a contact that slips has no complementary pair, which a pivot could exchange, and pivot transforms of q know nothing of
