@@ -152,7 +152,7 @@ contains
     type(condensed_certificate_t), allocatable :: certificate
 
     call self%compliance%prepare()
-    call self%take_laws(self%laws)
+    call remake_steps(self)
     allocate (certificate)
     call certificate%create(self%compliance)
     call move_alloc(certificate, self%certificate)
@@ -164,9 +164,17 @@ contains
     class(condensed_model_t), intent(inout) :: self
     type(contact_laws_t), intent(in) :: laws
 
-    if (allocated(self%steps)) deallocate (self%steps)
-    if (.not. laws%is_plain()) call create_steps(self%compliance, self%compliance%laws_of_unknowns(laws), self%steps)
+    self%laws = laws
+    call remake_steps(self)
   end subroutine take_laws
+
+  !> Makes the steps for the laws of the model.
+  subroutine remake_steps(self)
+    class(condensed_model_t), intent(inout) :: self
+
+    if (allocated(self%steps)) deallocate (self%steps)
+    if (.not. self%laws%is_plain()) call create_steps(self%compliance, self%compliance%laws_of_unknowns(self%laws), self%steps)
+  end subroutine remake_steps
 
   subroutine create_steps(compliance, laws, steps)
     class(compliance_t), target, intent(in) :: compliance

@@ -150,6 +150,8 @@ contains
     real(rk), allocatable :: free_closing(:, :)
 
     PetscCall(solve_free_response(system, self%linear_solver, system%boundary%n_driving_terms, self%free_response, ierr, self%anchors))
+    self%reason = self%linear_solver%reason
+    if (self%reason /= reason_converged) return
     PetscCall(close_rows(system, self%free_response, free_closing, ierr))
     self%free_opening = system%rows%gap
     associate (driven => self%free_opening(:, :size(free_closing, 2)))
@@ -163,12 +165,8 @@ contains
       self%reason = self%linear_solver%reason
       if (self%reason /= reason_converged) return
       PetscCall(make_room(self, system, ierr))
-      if (allocated(self%contact_response)) then
-        PetscCall(solve_compliance(self, system, both_parts, self%compliance, ierr))
-      else
-        PetscCall(eliminate_compliance(self, system, ierr))
-        if (self%reason /= reason_converged) return
-      end if
+      PetscCall(make_compliance(self, system, ierr))
+      if (self%reason /= reason_converged) return
       PetscCall(measure_energies(self, system, free_closing, ierr))
     end if
     call close_anchors(self, system)
@@ -178,7 +176,23 @@ contains
       self%compliance, .true.)
   end subroutine condense
 
-  !> Computes W before the anchors are closed, without columns of H. Collective.
+  !> Computes W before the anchors are closed: with H, if it is kept, else by elimination, or, where that fails and there is a
+  !> factor, some columns at a time. Sets self%reason. Collective.
+  subroutine make_compliance(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+
+    self%reason = reason_linear_solver
+    if (.not. allocated(self%contact_response)) then
+      PetscCall(eliminate_compliance(self, system, ierr))
+    end if
+    if (self%reason == reason_converged .or. self%linear_solver%is_multigrid) return
+    PetscCall(solve_compliance(self, system, both_parts, self%compliance, ierr))
+    self%reason = reason_converged
+  end subroutine make_compliance
+
+  !> Computes W before the anchors are closed, without columns of H. Sets self%reason. Collective.
   subroutine eliminate_compliance(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -616,7 +630,8 @@ contains
     class(condensed_t), intent(inout) :: self
     PetscErrorCode, intent(out) :: ierr
 
-    if (allocated(self%free_response)) deallocate (self%free_response, self%free_opening)
+    if (allocated(self%free_response)) deallocate (self%free_response)
+    if (allocated(self%free_opening)) deallocate (self%free_opening)
     if (allocated(self%lifting)) deallocate (self%lifting)
     if (allocated(self%free_energy)) deallocate (self%free_energy, self%shared_energy)
     if (allocated(self%compliance)) deallocate (self%compliance)

@@ -74,7 +74,6 @@ contains
         '; solver.type must be active_set' // trim(merge(', snesvi', '        ', sizes%has_plain_contact)) // ' or auto'
     else if (plan%type == 'active_set' .and. sizes%lacks_own_dofs) then
       message = own_dofs // '; solver.type must be condensed or auto'
-      if (config%linear == 'gamg') message = message // ', and solver.linear cholesky or auto'
     else if (plan%type == 'condensed' .and. sizes%lacks_own_dofs .and. dense_bytes(sizes) > sizes%memory) then
       message = own_dofs // ', and the matrix of the condensed solver takes ' // memory_text(dense_bytes(sizes)) // &
         ' where there is room for ' // memory_text(sizes%memory)
@@ -142,7 +141,7 @@ contains
     ! where only contact holds a body, contacts may change all at once, and condensed finds answers that active_set does not
     if (.not. sizes%has_plain_contact .and. sizes%is_floating .and. config%type == 'auto' .and. candidates(1)%is_allowed) &
       candidates(2:3)%is_allowed = .not. has_room(candidates(1)%cost, sizes)
-    if (sizes%lacks_own_dofs .and. config%type == 'auto' .and. candidates(1)%is_allowed) candidates(2:3)%is_allowed = .false.
+    if (sizes%lacks_own_dofs .and. config%type == 'auto') candidates(2:3)%is_allowed = .false.
   end function candidates_of
 
   !> Returns the cost of the solutions at some points that share a stiffness, or of some states where materials flow.

@@ -1512,4 +1512,53 @@ PLANTED = [
         "the balance of work is not that of the step",
         "verification.test_flow",
     ),
+    Planted(
+        SRC + "solver/elimination.c",
+        "compliance[j * n + i] = compliance[i * n + j] = -compliance[i * n + j]",
+        "compliance[i * n + j] = -compliance[i * n + j]",
+        "an eliminated matrix of contacts has one triangle only",
+    ),
+    Planted(
+        SRC + "solver/elimination.F90",
+        "merge(0.0_rk, system%rows%coefficients, is_held(system%rows%dofs))",
+        "system%rows%coefficients",
+        "prescribed dofs give an eliminated matrix of contacts compliance",
+    ),
+    Planted(
+        SRC + "solver/condensed.F90",
+        "call add_product(-1.0_rk, of_anchors, transpose(anchors%closing), self%compliance)",
+        "call add_product(1.0_rk, of_anchors, transpose(anchors%closing), self%compliance)",
+        "forces of anchors add to an eliminated matrix of contacts",
+    ),
+    Planted(
+        SRC + "mesh/factor_size.c",
+        "j >= 0 && mark[j] != row; j = parent[j]",
+        "j >= 0 && mark[j] != row; j = -1",
+        "rows that are eliminated from reach the columns of their own nodes only",
+    ),
+    Planted(
+        SRC + "dense/least_eigenvalue.f90",
+        "sigma = sigma / 2",
+        "sigma = sigma * 2",
+        "a bound of eigenvalues is above them",
+    ),
+    Planted(
+        SRC + "dense/contact_error_bound.f90",
+        "square = square + misfit**2 / self%least",
+        "square = square + misfit**2",
+        "a bound of errors forgets the smallest eigenvalue",
+    ),
+    Planted(
+        SRC + "online/fixed_compliance.f90",
+        "opening(k) = opening(k) + theta(self%lone_terms(i)) * self%lone_openings(i)",
+        "opening(k) = theta(self%lone_terms(i)) * self%lone_openings(i)",
+        "a gap of one row replaces what loads open",
+        "verification.test_obstacles$|integration.test_obstacles$",
+    ),
+    Planted(
+        SRC + "reduction/condensed/reference_sets.f90",
+        "fewest = gain * sum(",
+        "fewest = huge(gain) * sum(",
+        "pivot transforms are kept where they do not pay",
+    ),
 ]

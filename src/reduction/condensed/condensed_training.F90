@@ -53,6 +53,8 @@ contains
     ierr = 0
     reason = why_not_condensed(full_order%problem)
     if (full_order%problem%rows%n_rows == 0 .or. full_order%problem%deck%reduction%max_full_order_size <= 0) return
+    if (reason == '' .and. .not. full_order%problem%plan%may_factor) &
+      reason = 'the stiffness is too large to factor, or solver.linear is gamg'
     if (reason /= '') then
       call warn_of_no_fallback(reason)
       return
