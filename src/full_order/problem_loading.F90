@@ -251,8 +251,7 @@ contains
       call make_solver_plan(solver, problem%sizes, problem%plan, message)
       if (.not. allocated(message)) return
       call make_error(error, message, problem%deck%path, solver%line, solver%column)
-      i = contact_without_dofs(problem)
-      if (problem%sizes%lacks_own_dofs) error%hint = text_without_dofs(problem, i)
+      if (problem%sizes%lacks_own_dofs) error%hint = text_without_dofs(problem, contact_without_dofs(problem))
     end associate
   end subroutine plan_solving
 
@@ -267,7 +266,7 @@ contains
     associate (sizes => problem%sizes, mesh => problem%mesh, rows => problem%force_rows)
       sizes%n_dim = mesh%n_dim
       sizes%n_dofs = mesh%n_dim * mesh%n_nodes
-      sizes%n_multipliers = problem%force_rows%n_rows
+      sizes%n_multipliers = rows%n_rows
       sizes%has_plain_contact = problem%laws%is_plain()
       sizes%has_friction = problem%laws%remembers()
       sizes%n_points = most_points_per_stiffness(problem%deck, problem%material_terms)
@@ -280,7 +279,7 @@ contains
       PetscCall(memory_of_ranks(comm, sizes%memory, ierr))
       sizes%memory = share_of_memory * sizes%memory
       ! a row has all components of each of its nodes
-      call measure_factor(mesh, rows%offsets/mesh%n_dim, (rows%dofs(mesh%n_dim::mesh%n_dim)) / mesh%n_dim, &
+      call measure_factor(mesh, rows%offsets/mesh%n_dim, rows%dofs(mesh%n_dim::mesh%n_dim) / mesh%n_dim, &
         sizes%stiffness_entries, factor, bordered)
       sizes%factor_entries = factor%entries
       sizes%factor_operations = factor%operations

@@ -64,26 +64,20 @@ static PetscErrorCode collect(Mat stiffness, int n_rows, const int *offsets, con
   return 0;
 }
 
+static void run(DMUMPS_STRUC_C *mumps, int job) {
+  mumps->job = job;
+  dmumps_c(mumps);
+}
+
 static void begin(DMUMPS_STRUC_C *mumps, MPI_Comm comm) {
-  mumps->job = BEGIN;
   mumps->par = HOST_WORKS;
   mumps->sym = SYMMETRIC;
   mumps->comm_fortran = (MUMPS_INT)MPI_Comm_c2f(comm);
-  dmumps_c(mumps);
+  run(mumps, BEGIN);
   // no output
   for (int i = 0; i < 3; i++) mumps->icntl[i] = -1;
   mumps->icntl[3] = 0;
   mumps->icntl[17] = ENTRIES_ON_ALL_RANKS;
-}
-
-static void end(DMUMPS_STRUC_C *mumps) {
-  mumps->job = END;
-  dmumps_c(mumps);
-}
-
-static void run(DMUMPS_STRUC_C *mumps, int job) {
-  mumps->job = job;
-  dmumps_c(mumps);
 }
 
 static void give_entries(DMUMPS_STRUC_C *mumps, MUMPS_INT n, MUMPS_INT8 n_entries, const entries_t *entries) {
@@ -106,7 +100,7 @@ static void order(MPI_Comm comm, MUMPS_INT n, MUMPS_INT8 n_entries, const entrie
   for (int i = 0; i < 2; i++) infog[i] = mumps.infog[i];
   if (is_first && infog[0] >= 0)
     for (MUMPS_INT i = 0; i < n; i++) place[i] = mumps.sym_perm[i];
-  end(&mumps);
+  run(&mumps, END);
 }
 
 // Eliminates with more and more memory, until it is enough.
@@ -152,7 +146,7 @@ static PetscErrorCode eliminate(MPI_Comm comm, MUMPS_INT n, MUMPS_INT n_rows, MU
     eliminate_ordered(&mumps);
     for (int i = 0; i < 2; i++) infog[i] = mumps.infog[i];
     *reason = mumps.infog[27] > 0 ? SIG_LINEAR_SINGULAR : SIG_LINEAR_DONE;
-    end(&mumps);
+    run(&mumps, END);
   }
   PetscCall(PetscFree2(place, staying));
   if (infog[0] < 0) {

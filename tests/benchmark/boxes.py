@@ -147,6 +147,25 @@ def make_boxes(element, counts, aspect=0.5, upper_counts=None):
     return nodes, groups
 
 
+def make_plates(lower_sizes, upper_sizes, lower_counts, upper_counts):
+    """Nodes and groups of two plates of H8, the lower one below z = 0; the upper box and its first node number, too.
+
+    Regions and sides: lower, upper; base, lower_face, upper_face, top.
+    """
+    lower = Box("H8", lower_sizes, lower_counts, [0.0, 0.0, -lower_sizes[2]])
+    upper = Box("H8", upper_sizes, upper_counts, [0.0, 0.0, 0.0])
+    n = len(lower.nodes)
+    groups = [
+        ("H8", "lower", lower.cells),
+        ("H8", "upper", upper.cells + n),
+        ("Q4", "base", lower.sides[2, 0]),
+        ("Q4", "lower_face", lower.sides[2, 1]),
+        ("Q4", "upper_face", upper.sides[2, 0] + n),
+        ("Q4", "top", upper.sides[2, 1] + n),
+    ]
+    return np.vstack([lower.nodes, upper.nodes]), groups, upper, n
+
+
 def write_gmsh(path, nodes, groups):
     """Writes gmsh 2.2 binary; groups: [(kind, name, members from 0)], the first ones of the cells."""
     nodes = np.pad(nodes, ((0, 0), (0, 3 - nodes.shape[1])))

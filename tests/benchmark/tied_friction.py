@@ -16,7 +16,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from boxes import Box, write_gmsh
+from boxes import make_plates, write_gmsh
 from timing import build, command_line, load_text, measure, read_table, train, write_points
 
 # of that of the matrix of all forces
@@ -57,19 +57,9 @@ reduction: {{max_full_order_size: {room}, displacement: {{boundaries: [edge]}}}}
 def write_case(folder, n_nodes, n_points):
     """Mesh and deck."""
     counts = [n_nodes - 1, n_nodes - 1]
-    lower = Box("H8", [80.0, 80.0, 6.0], [*counts, 2], [0.0, 0.0, -6.0])
-    upper = Box("H8", [80.0, 80.0, 4.0], [*counts, 2], [0.0, 0.0, 0.0])
-    n = len(lower.nodes)
-    groups = [
-        ("H8", "lower", lower.cells),
-        ("H8", "upper", upper.cells + n),
-        ("Q4", "base", lower.sides[2, 0]),
-        ("Q4", "lower_face", lower.sides[2, 1]),
-        ("Q4", "upper_face", upper.sides[2, 0] + n),
-        ("Q4", "top", upper.sides[2, 1] + n),
-        ("Q4", "edge", upper.sides[0, 1] + n),
-    ]
-    write_gmsh(folder / "plate.msh", np.vstack([lower.nodes, upper.nodes]), groups)
+    nodes, groups, upper, n = make_plates([80.0, 80.0, 6.0], [80.0, 80.0, 4.0], [*counts, 2], [*counts, 2])
+    groups.append(("Q4", "edge", upper.sides[0, 1] + n))
+    write_gmsh(folder / "plate.msh", nodes, groups)
     room = ROOM * 8e-6 * (3 * n_nodes**2) ** 2
     (folder / "plate.yaml").write_text(DECK.format(points=n_points, room=room, low=LOW, high=HIGH))
 

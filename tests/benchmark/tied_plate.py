@@ -15,7 +15,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from boxes import Box, write_gmsh
+from boxes import make_plates, write_gmsh
 from large_contact import error_text, predict, sample
 from timing import build, command_line, load_text, train, write_points
 
@@ -48,18 +48,8 @@ reduction: {{method: condensed, max_full_order_size: {room}, displacement: {{bou
 def write_case(folder, n_nodes, n_snapshots):
     """Mesh and deck."""
     counts = [n_nodes - 1, n_nodes - 1]
-    lower = Box("H8", [120.0, 100.0, 4.0], [*counts, 2], [0.0, 0.0, -4.0])
-    upper = Box("H8", [120.0, 100.0, 3.0], [*counts, 1], [0.0, 0.0, 0.0])
-    n = len(lower.nodes)
-    groups = [
-        ("H8", "lower", lower.cells),
-        ("H8", "upper", upper.cells + n),
-        ("Q4", "base", lower.sides[2, 0]),
-        ("Q4", "lower_face", lower.sides[2, 1]),
-        ("Q4", "upper_face", upper.sides[2, 0] + n),
-        ("Q4", "top", upper.sides[2, 1] + n),
-    ]
-    write_gmsh(folder / "plate.msh", np.vstack([lower.nodes, upper.nodes]), groups)
+    nodes, groups, *_ = make_plates([120.0, 100.0, 4.0], [120.0, 100.0, 3.0], [*counts, 2], [*counts, 1])
+    write_gmsh(folder / "plate.msh", nodes, groups)
     room = ROOM * 8e-6 * n_nodes**4
     deck = DECK.format(low=LOW, high=HIGH, snapshots=n_snapshots, room=room)
     (folder / "plate.yaml").write_text(deck)
