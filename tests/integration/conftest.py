@@ -33,6 +33,14 @@ def signorom():
     return find_program()
 
 
+@pytest.fixture
+def patient_mpirun(monkeypatch):
+    """mpirun as users have it: ranks that get a signal have a second to end before they are killed."""
+    import program
+
+    monkeypatch.delitem(program.ENVIRONMENT, "OMPI_MCA_odls_base_sigkill_timeout")
+
+
 @pytest.fixture(scope="session")
 def library(signorom):
     """The shared library beside the program."""

@@ -154,6 +154,7 @@ def test_signal_ends_after_the_current_point(signorom, many_points, uninterrupte
     assert resume_for_a_while(signorom, deck, results, 1, uninterrupted) == finished
 
 
+@pytest.mark.usefixtures("patient_mpirun")
 def test_signal_to_mpirun(signorom, tmp_path):
     """mpirun ends all ranks in its own way, and takes a second for it; the finished points stay."""
     n_points = 20000

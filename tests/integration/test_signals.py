@@ -73,6 +73,7 @@ def test_end_in_a_call_that_does_not_return(signorom, endless_deck, command, num
 
 
 @pytest.mark.parametrize("i_rank", [0, 2])
+@pytest.mark.usefixtures("patient_mpirun")
 def test_one_rank_ends_the_others(signorom, endless_deck, i_rank):
     process = signorom.start("run", endless_deck.name, folder=endless_deck.parent, n_ranks=3)
     wait_for_reader(endless_deck.parent / "pipe.msh", process)
