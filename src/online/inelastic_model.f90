@@ -10,8 +10,8 @@
 !>
 !> Behind a step the laws are evaluated at more points, the check points, with the strains of the answer. The openings that these
 !> inelastic strains cause, H' int B' s, give the forces of the answer; their difference from those before, over their size, is an
-!> estimate of the error of the forces before. It is no bound. Only where a room has_points, for fields, are the laws evaluated at
-!> all points, too: that takes several times as long as all the rest.
+!> estimate of the error of the forces before. It is no bound. Only where a room has_points, for fields, or all points are check
+!> points, are the laws evaluated at all points, too: that takes several times as long as all the rest.
 !>
 !> Both sets of contact forces have a history of their own, because contacts with friction remember.
 module sig_inelastic_model
@@ -64,6 +64,8 @@ module sig_inelastic_model
     type(flow_points_t) :: chosen
     type(flow_points_t) :: check
     type(flow_points_t) :: all
+    !> whether all points are check points; then `check` is not read, so that large arrays are not stored twice
+    logical :: checks_all = .false.
     !> [length/sqrt(force*length)] minus B U, shape (n_multipliers, n_modes), and U, shape (n_dofs, n_modes)
     real(rk), allocatable :: mode_openings(:, :)
     real(rk), allocatable :: modes(:, :)
@@ -225,7 +227,7 @@ contains
       if (name == '' .and. .not. are_sound_terms(self%strain_terms, 3)) name = 'strain_terms'
       if (name == '') name = self%chosen%mismatch(n, size(self%properties%temperatures), &
         self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
-      if (name == '') name = self%check%mismatch(n, size(self%properties%temperatures), &
+      if (name == '' .and. .not. self%checks_all) name = self%check%mismatch(n, size(self%properties%temperatures), &
         self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
       if (name == '') name = self%all%mismatch(n, size(self%properties%temperatures), &
         self%strain_terms%n_terms(), sizes%n_terms, sizes%n_multipliers, n_modes)
@@ -470,8 +472,9 @@ contains
       call start_chain(self, theta, room%reduced)
       call start_chain(self, theta, room%corrected)
       call room%properties%evaluate(room%state, self%chosen%materials, self%chosen%temperatures, room%chosen%properties)
-      call room%properties%evaluate(room%state, self%check%materials, self%check%temperatures, room%check%properties)
-      if (room%has_points) then
+      if (.not. self%checks_all) &
+        call room%properties%evaluate(room%state, self%check%materials, self%check%temperatures, room%check%properties)
+      if (room%has_points .or. self%checks_all) then
         call room%properties%evaluate(room%state, self%all%materials, self%all%temperatures, room%all%properties)
         answer%flaw = self%all%find_flaw(self%laws, room%all)
       else
@@ -488,7 +491,7 @@ contains
       room%old_amplitudes = room%amplitudes
       room%chosen%old_states = room%chosen%states
       room%check%old_states = room%check%states
-      if (room%has_points) room%all%old_states = room%all%states
+      if (room%has_points .or. self%checks_all) room%all%old_states = room%all%states
     end select
   end subroutine solve
 
@@ -730,28 +733,32 @@ contains
     integer, intent(out) :: reason
     logical :: is_solved
 
-    if (self%check%n_points() == 0) then
+    if (self%checks_all) then
+      call correct_by(self%all, room%all)
+    else if (self%check%n_points() == 0) then
       room%corrected = room%reduced
       is_solved = .true.
     else
-      call update_points(self%check, room%check, is_solved)
-      call self%check%work_on_contact(room%check, room%corrected%openings)
-      call solve_contact(self, room%contact, room%corrected)
+      call correct_by(self%check, room%check)
     end if
     reason = room%corrected%answer%reason
-    if (room%has_points .and. self%check%n_points() == self%all%n_points()) then
-      room%all%states = room%check%states
-    else if (is_solved .and. room%has_points) then
-      call update_points(self%all, room%all, is_solved)
-    end if
+    if (is_solved .and. room%has_points .and. .not. self%checks_all) call update_points(self%all, room%all)
     if (.not. is_solved) reason = reason_no_material_answer
 
   contains
 
-    subroutine update_points(points, of_points, is_solved)
+    subroutine correct_by(points, of_points)
       type(flow_points_t), intent(in) :: points
       type(flow_room_t), intent(inout) :: of_points
-      logical, intent(out) :: is_solved
+
+      call update_points(points, of_points)
+      call points%work_on_contact(of_points, room%corrected%openings)
+      call solve_contact(self, room%contact, room%corrected)
+    end subroutine correct_by
+
+    subroutine update_points(points, of_points)
+      type(flow_points_t), intent(in) :: points
+      type(flow_room_t), intent(inout) :: of_points
 
       call points%update(self%laws, theta, room%strain_theta, room%reduced%answer%unknowns, room%amplitudes, room%dt, of_points, &
         is_solved)
@@ -779,7 +786,11 @@ contains
       call answer%take_all_forces()
       answer%is_active = found%is_active
       answer%coordinates = room%amplitudes
-      if (self%check%n_points() > 0) call self%check%work_on_modes(room%check, answer%coordinates)
+      if (self%checks_all) then
+        call self%all%work_on_modes(room%all, answer%coordinates)
+      else if (self%check%n_points() > 0) then
+        call self%check%work_on_modes(room%check, answer%coordinates)
+      end if
       if (allocated(answer%plastic)) deallocate (answer%plastic)
       if (allocated(answer%creep)) deallocate (answer%creep)
       if (room%has_points) then
@@ -874,7 +885,7 @@ contains
     call self%properties%write(file, group // '/properties')
     call write_terms(file, group // '/strain_terms', self%strain_terms, length)
     call self%chosen%write(file, group // '/chosen_points', length, force)
-    call self%check%write(file, group // '/check_points', length, force)
+    if (.not. self%checks_all) call self%check%write(file, group // '/check_points', length, force)
     call self%all%write(file, group // '/all_points', length, force)
     call file%write(group // '/mode_openings', self%mode_openings, length // '/sqrt(' // force // '*' // length // ')', &
       'opening of each contact by each inelastic mode, a mode per row')
@@ -911,7 +922,12 @@ contains
     if (allocated(error)) return
     call read_terms(file, group // '/strain_terms', '', self%properties%names, self%strain_terms, error)
     call self%chosen%read(file, group // '/chosen_points', error)
-    call self%check%read(file, group // '/check_points', error)
+    self%checks_all = .not. file%has(group // '/check_points')
+    if (self%checks_all) then
+      call self%check%complete(0, 0, 0)
+    else
+      call self%check%read(file, group // '/check_points', error)
+    end if
     call self%all%read(file, group // '/all_points', error)
     call file%read(group // '/mode_openings', self%mode_openings, error)
     call file%read(group // '/modes', self%modes, error)

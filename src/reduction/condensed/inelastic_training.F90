@@ -132,10 +132,9 @@ contains
       PetscCall(train_contact(full_order, snapshots, model%contact, error, ierr))
       if (allocated(error)) return
       call reduce_points(problem, states, model)
-      call compress_contact(problem, condensed%anchors%rows, model)
       ! products with full matrices are faster as long as these are small
-      if (model%check%n_points() == model%all%n_points() .and. number_size * size(model%check%of_contact) > small_size) &
-        model%check = model%all
+      if (.not. (model%checks_all .and. number_size * size(model%all%of_contact) <= small_size)) &
+        call compress_contact(problem, condensed%anchors%rows, model)
     end associate
     call move_alloc(model, part)
   end subroutine train_inelastic
@@ -515,7 +514,8 @@ contains
     end if
     ! more than half of the points are not worth their error; where nothing flows in training, all must look whether something does
     if (2 * count(shares > 0) > size(shares) .or. .not. any(shares > 0)) shares = 1
-    call take_points(model%all, shares, model%check)
+    model%checks_all = all(shares > 0)
+    if (.not. model%checks_all) call take_points(model%all, shares, model%check)
   end subroutine choose_check_points
 
   !> Computes the strains of the contact forces that close each contact by a unit. With more contacts than most_closings, these are
@@ -552,12 +552,13 @@ contains
     !> result of measure_error
     real(rk), intent(in) :: error
     character(:), allocatable :: text
+    integer :: n_check
 
     text = 'some states of the training have no answer'
     if (error < huge(error)) text = 'forces and amplitudes in training miss by at most ' // short_number(error)
+    n_check = merge(model%all%n_points(), model%check%n_points(), model%checks_all)
     call log_info('inelastic strains: ' // counted(size(model%modes, 2), 'mode') // ', ' // to_text(model%chosen%n_points()) // &
-      ' of ' // counted(model%all%n_points(), 'integration point') // ', ' // to_text(model%check%n_points()) // &
-      ' for the correction; ' // text)
+      ' of ' // counted(model%all%n_points(), 'integration point') // ', ' // to_text(n_check) // ' for the correction; ' // text)
   end subroutine report
 
   !> Makes the model able to answer.

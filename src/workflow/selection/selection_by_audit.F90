@@ -147,7 +147,7 @@ contains
     deallocate (message)
     ! candidates may flow where the histories that the check points were chosen for do not
     part => part_of(rounds)
-    part%check = part%all
+    part%checks_all = .true.
     call rounds%online%prepare(message)
     if (.not. allocated(message)) call rounds%query%create(rounds%online, message)
     if (allocated(message)) call make_error(error, 'the model of the histories chosen so far cannot answer: ' // message, &
