@@ -37,13 +37,14 @@ void sig_sync_folder_of(const char *name);
 /* Removes a file, but no folder. A missing file is an error (ENOENT). */
 int sig_remove_file(const char *path, size_t length);
 
-/* Takes the lock `<path>/.lock` without waiting and writes the process number into it. The lock ends with the
- * descriptor or with the process. EWOULDBLOCK: another process holds the lock; `*process` is its number, 0 if unknown.
- * ELOOP: the lock is a link or not a plain file. */
-int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process);
+/* Locks the file `path`, which it makes if it is missing, without waiting, and writes the process number into it.
+ * Several processes may hold a shared lock, none of which leaves its number. The lock ends with the descriptor or with
+ * the process. EWOULDBLOCK: another process holds the lock; `*process` is its number, 0 if unknown. ELOOP: the file is
+ * a link or not a plain file. */
+int sig_lock_file(const char *path, size_t length, int is_shared, int *descriptor, long *process);
 
-/* Ends a lock; the file .lock stays. Does nothing for a negative descriptor. */
-void sig_unlock_directory(int descriptor);
+/* Ends a lock; its file stays. Does nothing for a negative descriptor. */
+void sig_unlock_file(int descriptor);
 
 /* Lists the files of a folder whose names start with `prefix`, in byte order. Each name ends with a null; all stand in
  * one block of `*size` bytes, which the caller frees with sig_free. Folders and names with a leading dot are left out.

@@ -3,6 +3,7 @@
 module sig_command_line
   use sig_command_table, only: command_words, file_kind_of, file_kinds, is_option_of, option_words, options
   use sig_errors, only: error_t, make_error
+  use sig_share, only: most_shares, read_share, share_t
   use sig_text, only: did_you_mean, join, read_integer, split, string_t, to_text
   implicit none(type, external)
   private
@@ -34,6 +35,8 @@ module sig_command_line
     logical :: has_benchmark = .false.
     logical :: has_fields = .false.
     logical :: halves_steps = .false.
+    !> --share; not used without it
+    type(share_t) :: share
     !> --threads of predict; 0 = as many as there are processors
     integer :: n_threads = 0
     !> what goes to PETSc's options database: `-name value ...`
@@ -146,6 +149,10 @@ contains
       call take_value(arguments, i, command%output, error)
     case ('--log')
       call take_value(arguments, i, command%log, error)
+    case ('--share')
+      call take_value(arguments, i, value, error)
+      if (allocated(error)) return
+      call take_share(value, command%share, error)
     case ('--threads')
       call take_value(arguments, i, value, error)
       if (allocated(error)) return
@@ -165,6 +172,17 @@ contains
     if (.not. is_valid .or. n_threads < 1 .or. n_threads > most_threads) &
       call make_error(error, '--threads is ''' // value // '''; it must be a whole number from 1 to ' // to_text(most_threads))
   end subroutine take_threads
+
+  subroutine take_share(value, share, error)
+    character(*), intent(in) :: value
+    type(share_t), intent(out) :: share
+    type(error_t), allocatable, intent(out) :: error
+    logical :: is_valid
+
+    call read_share(value, share, is_valid)
+    if (.not. is_valid) call make_error(error, '--share is ''' // value // '''; it must be K/N, whole numbers with ' // &
+      '1 <= K <= N <= ' // to_text(most_shares), hint='for example, the second of four jobs has --share 2/4')
+  end subroutine take_share
 
   subroutine take_petsc_option(arguments, i, command, error)
     type(string_t), intent(in) :: arguments(:)

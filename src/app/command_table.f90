@@ -73,6 +73,8 @@ module sig_command_table
     option_entry_t('--threads', 'N', 'predict', 'number of threads for --points; default: one per processor'), &
     option_entry_t('--strict', '', 'predict', 'a point outside the trained box is an error, which ends the ' // &
     'command, and not a warning'), &
+    option_entry_t('--share', 'K/N', 'sample', 'solve only share K of N of the training points, for one of N jobs that write ' // &
+    'into the same results folder; sample without --share then merges the shares'), &
     option_entry_t('--halve-steps', '', 'solve', 'where materials yield or creep, also solve with halved steps, and say how ' // &
     'large the error of the time steps is'), &
     option_entry_t('--benchmark', '', 'validate run', 'also measure the times of queries, and of a ' // &

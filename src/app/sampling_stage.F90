@@ -32,11 +32,12 @@ module sig_sampling_stage
 contains
 
   !> Solves the training points, or selects and solves them (greedy), and writes snapshots.h5; with clusters.target, and by greedy
-  !> projection, also candidates.h5. Collective on all ranks.
+  !> projection, also candidates.h5. With a share of the points it writes shards only, from which the same command without --share
+  !> makes these files. Collective on all ranks.
   !>
-  !> Errors are printed and set session%exit_code: the deck has no training; those of the loading of the problem, of sample and
-  !> select_points. The exit code is that of "not converged" if a point did not converge, and exit_stopped after a signal; then the
-  !> finished points are kept.
+  !> Errors are printed and set session%exit_code: the deck has no training, or a greedy selection and a share is asked for; those
+  !> of the loading of the problem, of sample and select_points. The exit code is that of "not converged" if a point did not
+  !> converge, and exit_stopped after a signal; then the finished points are kept.
   subroutine sample_stage(session, ierr)
     type(session_t), target, intent(inout) :: session
     PetscErrorCode, intent(out) :: ierr
@@ -49,6 +50,7 @@ contains
     session%has_plan = .true.
     work: block
       call need_training(session, error)
+      if (.not. allocated(error)) call refuse_greedy_share(session, error)
       if (allocated(error)) exit work
       call announce_stiffness(session)
       PetscCall(session%load_study(error, ierr))
@@ -56,12 +58,12 @@ contains
       if (session%deck%greedy%is_used) then
         PetscCall(select_points(session%full_order, session%folder, outcome, selection, error, ierr))
       else
-        store = store_in(session%folder, snapshot_store)
+        store = store_in(session%folder, snapshot_store, session%share)
         PetscCall(sample(session%full_order, session%deck%training, store, outcome, error, ierr))
       end if
       if (allocated(error) .or. outcome%is_stopped) exit work
-      call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // snapshots_path(session%folder))
-      call warn_of_sampled_leans(session)
+      call tell_sampled(session, outcome, sampled_text(session, outcome, selection) // place_text(session, store))
+      if (.not. session%share%is_used()) call warn_of_sampled_leans(session)
     end block work
     call session%end_stage(error, outcome%is_stopped, finished_are_kept)
     if (session%deck%clusters%target%is_used .and. session%may_go_on()) then
@@ -101,10 +103,10 @@ contains
     type(store_t) :: store
     type(error_t), allocatable :: error
 
-    store = store_in(session%folder, candidate_store)
+    store = store_in(session%folder, candidate_store, session%share)
     PetscCall(sample(session%full_order, session%deck%clusters%target%candidates, store, outcome, error, ierr))
     if (.not. (allocated(error) .or. outcome%is_stopped)) call tell_sampled(session, outcome, 'solved ' // &
-      counted(outcome%n_points, 'candidate') // ' (' // found_text(outcome) // '): ' // store%path())
+      counted(outcome%n_points, 'candidate') // ' (' // found_text(outcome) // '): ' // place_text(session, store))
     call session%end_stage(error, outcome%is_stopped, finished_are_kept)
   end subroutine sample_candidates
 
@@ -155,6 +157,34 @@ contains
 
     text = to_text(outcome%n_found) // trim(merge(' was ', ' were', outcome%n_found == 1)) // ' there'
   end function found_text
+
+  !> Returns where the solutions are: the path of the merged file, or the share and how to merge it with the others.
+  function place_text(session, store) result(text)
+    type(session_t), intent(in) :: session
+    !> not set after a greedy selection
+    type(store_t), intent(in) :: store
+    character(:), allocatable :: text
+
+    if (session%share%is_used()) then
+      text = session%share%words() // ' in ' // session%folder // '; when all shares are there, merge them by signorom sample ' // &
+        session%deck%path
+    else if (allocated(store%name)) then
+      text = store%path()
+    else
+      text = snapshots_path(session%folder)
+    end if
+  end function place_text
+
+  !> Errors: a share of the points is asked for, and the deck has a greedy selection, whose points are not known before.
+  subroutine refuse_greedy_share(session, error)
+    type(session_t), intent(in) :: session
+    type(error_t), allocatable, intent(out) :: error
+
+    if (session%share%is_used() .and. session%deck%greedy%is_used) call make_error(error, &
+      '--share does not go with training.greedy, which chooses each point by the answers at those before it', &
+      session%deck%path, session%deck%training%line, session%deck%training%column, &
+      hint='list the points (training: {sobol: 64}, or another set), or sample without --share')
+  end subroutine refuse_greedy_share
 
   !> Logs that points with other elastic constants take extra time, if the stiffness depends on the parameters.
   subroutine announce_stiffness(session)

@@ -20,6 +20,7 @@ module sig_session
   use sig_problem_texts, only: announce_plan
   use sig_signals, only: say_when_ended
   use sig_problem, only: problem_t
+  use sig_share, only: share_t
   use sig_study_plan, only: check_training_memory, plan_study
   use sig_text, only: string_t
   use petsc
@@ -46,6 +47,8 @@ module sig_session
     logical :: has_benchmark = .false.
     !> --halve-steps: solve estimates the error of time steps
     logical :: halves_steps = .false.
+    !> --share: sample solves a share of the points, beside other jobs
+    type(share_t) :: share
     !> warnings of forces that lean (lean_warnings) which this command has given: of each contact entry, not allocated without one
     type(string_t), allocatable :: lean_warnings(:)
     type(directory_lock_t) :: lock
@@ -82,6 +85,7 @@ contains
     self%is_whole_run = command%name == 'run'
     self%has_benchmark = command%has_benchmark
     self%halves_steps = command%halves_steps
+    self%share = command%share
     if (self%rank == 0) call read_text_file(command%file, self%deck_text, error)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) then
@@ -168,7 +172,7 @@ contains
     self%has_plan = .true.
   end subroutine announce_plan_once
 
-  !> Makes and locks the results folder of the deck; sets `folder`. Collective on all ranks.
+  !> Makes and locks the results folder of the deck, or the session's share of it; sets `folder`. Collective on all ranks.
   !>
   !> Errors are printed and set exit_code: the folder cannot be made or locked, for example because another command
   !> uses it.
@@ -181,7 +185,11 @@ contains
     work: if (self%rank == 0) then
       call make_directories(self%folder, error)
       if (allocated(error)) exit work
-      call lock_directory(self%folder, self%lock, error)
+      if (self%share%is_used()) then
+        call lock_directory(self%folder, self%lock, error, self%share%label())
+      else
+        call lock_directory(self%folder, self%lock, error)
+      end if
     end if work
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     if (allocated(error)) call self%fail(error)

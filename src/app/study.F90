@@ -31,7 +31,8 @@ module sig_study
   use sig_sampling_stage, only: announce_stiffness, need_training
   use sig_selection, only: selection_t
   use sig_session, only: session_t
-  use sig_snapshot_merge, only: lacks_displacements, read_spread, snapshot_store, snapshots_path, store_in
+  use sig_snapshot_merge, only: lacks_displacements, read_spread, snapshot_store, snapshots_path, store_in, store_t
+  use sig_share, only: share_t
   use sig_snapshot_store, only: snapshot_set_t
   use sig_stage_report, only: describe_problem, report_fields, warn_of_leans, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
@@ -182,7 +183,8 @@ contains
     ierr = 0
     hint = 'run first: signorom sample ' // session%deck%path
     if (.not. file_exists(snapshots_path(session%folder))) then
-      call make_error(error, 'there are no snapshots yet', snapshots_path(session%folder), hint=hint)
+      call make_error(error, 'there are no snapshots yet' // unmerged_text(store_in(session%folder, snapshot_store)), &
+        snapshots_path(session%folder), hint=hint)
       return
     end if
     call training_points(problem, session%folder, points, selection, error)
@@ -198,6 +200,25 @@ contains
     if (any(is_missing)) call make_error(error, 'the file lacks ' // to_text(count(is_missing)) // ' of the ' // &
       counted(size(is_missing), 'training point'), snapshots_path(session%folder), hint=hint)
   end subroutine read_snapshots
+
+  !> Returns which shares have points that wait to be merged: `, only parts that are not merged, share 1/4, share 3/4`; empty if
+  !> there are none.
+  function unmerged_text(store) result(text)
+    type(store_t), intent(in) :: store
+    character(:), allocatable :: text
+    type(share_t), allocatable :: shares(:)
+    integer :: i
+
+    text = ''
+    shares = store%shares_there()
+    do i = 1, size(shares)
+      if (i > 1) then
+        if (shares(i)%equals(shares(i - 1))) cycle
+      end if
+      text = text // ', ' // shares(i)%words()
+    end do
+    if (text /= '') text = ', only parts that are not merged' // text
+  end function unmerged_text
 
   !> Validates the model at the test points: reads model.h5; writes validation.csv, the statistics into model.h5, and the report.
   !> Collective on all ranks.

@@ -200,23 +200,23 @@ static int open_lock(const char *name, int *lock) {
   return code;
 }
 
-int sig_lock_directory(const char *path, size_t length, int *descriptor, long *process) {
+int sig_lock_file(const char *path, size_t length, int is_shared, int *descriptor, long *process) {
   *descriptor = -1;
   *process = 0;
-  char *name = sig_join_text(path, length, "/.lock");
+  char *name = sig_copy_text(path, length);
   if (!name) return ENOMEM;
   int lock;
   const int open_code = open_lock(name, &lock);
   free(name);
   if (open_code) return open_code;
-  if (flock(lock, LOCK_EX | LOCK_NB) != 0) {
+  if (flock(lock, (is_shared ? LOCK_SH : LOCK_EX) | LOCK_NB) != 0) {
     const int code = errno;
     if (code == EWOULDBLOCK) *process = noted_process(lock);
     close(lock);
     return code;
   }
   char text[32];
-  const int n = snprintf(text, sizeof text, "%ld\n", (long)getpid());
+  const int n = is_shared ? 0 : snprintf(text, sizeof text, "%ld\n", (long)getpid());
   /* Another process that finds the lock shows this number in its message. */
   if (ftruncate(lock, 0) == 0) (void)sig_write_all(lock, text, (size_t)n);
   *descriptor = lock;
@@ -224,7 +224,7 @@ int sig_lock_directory(const char *path, size_t length, int *descriptor, long *p
 }
 
 /* The file is not removed, because then two processes could lock two different files of the same name. */
-void sig_unlock_directory(int descriptor) {
+void sig_unlock_file(int descriptor) {
   if (descriptor >= 0) close(descriptor);
 }
 

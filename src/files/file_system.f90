@@ -24,10 +24,11 @@ module sig_file_system
   !> Linux's PATH_MAX
   integer, parameter :: longest_path = 4096
 
-  !> A lock on a folder, from lock_directory to unlock_directory or to the end of the process.
+  !> A lock on a folder or a share of it, from lock_directory to unlock_directory or to the end of the process.
   type :: directory_lock_t
     private
     integer(c_int) :: descriptor = -1
+    integer(c_int) :: share_descriptor = -1
   end type directory_lock_t
 
   ! include/signorom/file_system.h describes these procedures in C.
@@ -66,18 +67,19 @@ module sig_file_system
       integer(c_size_t), value :: length
     end function sig_remove_file
 
-    integer(c_int) function sig_lock_directory(path, length, descriptor, process) bind(c)
+    integer(c_int) function sig_lock_file(path, length, is_shared, descriptor, process) bind(c)
       import :: c_char, c_int, c_long, c_size_t
       character(kind=c_char), intent(in) :: path(*)
       integer(c_size_t), value :: length
+      integer(c_int), value :: is_shared
       integer(c_int), intent(out) :: descriptor
       integer(c_long), intent(out) :: process
-    end function sig_lock_directory
+    end function sig_lock_file
 
-    subroutine sig_unlock_directory(descriptor) bind(c)
+    subroutine sig_unlock_file(descriptor) bind(c)
       import :: c_int
       integer(c_int), value :: descriptor
-    end subroutine sig_unlock_directory
+    end subroutine sig_unlock_file
 
     integer(c_int) function sig_list_files(path, length, prefix, prefix_length, names, size) bind(c)
       import :: c_char, c_int, c_ptr, c_size_t
@@ -196,28 +198,53 @@ contains
     if (code /= 0) call make_error(error, 'cannot remove the file: ' // system_reason(code), file=path)
   end subroutine remove_file
 
-  !> Locks a folder for this process, so that two runs do not write into it at once.
+  !> Locks a folder for this process, so that two runs do not write into it at once. With `share`, runs that write other shares of
+  !> it may do so at the same time, but no run that locks the whole folder.
   !>
-  !> Requires: the folder exists. Errors: this or another process has locked it already; its file .lock is a link, has a second name
-  !> (hard link) or is no plain file; the system refuses to open or lock this file. Then there is no new lock.
-  subroutine lock_directory(path, lock, error)
+  !> Requires: the folder exists. Errors: this or another process has locked it or the share already; the file .lock, or
+  !> .lock-<share>, is a link, has a second name (hard link) or is no plain file; the system refuses to open or lock this file. The
+  !> lock must then be given back, too.
+  subroutine lock_directory(path, lock, error, share)
     character(*), intent(in) :: path
     type(directory_lock_t), intent(out) :: lock
+    type(error_t), allocatable, intent(out) :: error
+    !> name of the share, such as `2of4`; default: the whole folder
+    character(*), intent(in), optional :: share
+    character(*), parameter :: file_name = '/.lock'
+
+    call lock_file(path, file_name, present(share), lock%descriptor, 'another run writes into this folder now', &
+      'wait until it ends, or give this run another output.directory', error)
+    if (allocated(error) .or. .not. present(share)) return
+    call lock_file(path, file_name // '-' // share, .false., lock%share_descriptor, 'another run writes the same share of ' // &
+      'this folder now', 'each job needs a share of its own; or wait until that run ends', error)
+  end subroutine lock_directory
+
+  !> Locks a file of a folder. Errors: those of lock_directory, with `message` and `hint` if another process holds the lock.
+  subroutine lock_file(path, file_name, is_shared, descriptor, message, hint, error)
+    !> of the folder
+    character(*), intent(in) :: path
+    !> with the slash before it
+    character(*), intent(in) :: file_name
+    !> other processes may have a shared lock, too
+    logical, intent(in) :: is_shared
+    integer(c_int), intent(out) :: descriptor
+    character(*), intent(in) :: message
+    character(*), intent(in) :: hint
     type(error_t), allocatable, intent(out) :: error
     integer(c_long) :: process
     integer(c_int) :: code
 
-    code = sig_lock_directory(path, len(path, c_size_t), lock%descriptor, process)
+    code = sig_lock_file(path // file_name, len(path // file_name, c_size_t), merge(1_c_int, 0_c_int, is_shared), descriptor, &
+      process)
     if (code == would_block) then
-      call make_error(error, 'another run writes into this folder now' // holder_text(process), file=path, &
-        hint='wait until it ends, or give this run another output.directory')
+      call make_error(error, message // holder_text(process), file=path, hint=hint)
     else if (code == is_link) then
-      call make_error(error, 'the file .lock of this folder is a link or no plain file; runs would overwrite what it leads to', &
-        file=path, hint='remove ' // path // '/.lock')
+      call make_error(error, 'the file ' // file_name(2:) // ' of this folder is a link or no plain file; runs would ' // &
+        'overwrite what it leads to', file=path, hint='remove ' // path // file_name)
     else if (code /= 0) then
       call make_error(error, 'cannot lock the folder: ' // system_reason(code), file=path)
     end if
-  end subroutine lock_directory
+  end subroutine lock_file
 
   !> Returns ` (process 1234)` for messages; empty if the number is not known.
   function holder_text(process) result(text)
@@ -229,12 +256,13 @@ contains
     if (process > 0) text = ' (process ' // to_text(int(process, lk)) // ')'
   end function holder_text
 
-  !> Unlocks the folder; its file .lock stays. Does nothing if there is no lock.
+  !> Unlocks the folder, or the share; the files of the locks stay. Does nothing if there is no lock.
   subroutine unlock_directory(lock)
     type(directory_lock_t), intent(inout) :: lock
 
-    call sig_unlock_directory(lock%descriptor)
-    lock%descriptor = -1
+    call sig_unlock_file(lock%share_descriptor)
+    call sig_unlock_file(lock%descriptor)
+    lock = directory_lock_t()
   end subroutine unlock_directory
 
   !> Returns the names, without the folder, of the files in a folder whose names start with the prefix, in byte order. Folders,

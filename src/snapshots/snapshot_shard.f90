@@ -8,7 +8,7 @@ module sig_snapshot_shard
   use sig_kinds, only: rk
   implicit none(type, external)
   private
-  public :: snapshot_record_t, shard_content_t, shard_writer_t, read_shard, append_records, move_record
+  public :: snapshot_record_t, shard_content_t, shard_writer_t, check_shard, read_shard, append_records, move_record
   public :: n_residuals
 
   !> equilibrium, penetration, negative multiplier, complementarity, force balance
@@ -207,6 +207,20 @@ contains
     end if
     code = sig_shard_close(handle)
   end subroutine read_shard
+
+  !> Finds out whether a shard, to which another run may be appending, belongs to the same study. Reads no record. Errors: those of
+  !> read_shard.
+  subroutine check_shard(path, content, error)
+    character(*), intent(in) :: path
+    type(shard_content_t), intent(in) :: content
+    type(error_t), allocatable, intent(out) :: error
+    type(c_ptr) :: handle
+    integer :: n_dropped, n_records
+    integer(c_int) :: code
+
+    call open_shard(path, content, .false., handle, n_records, n_dropped, error)
+    code = sig_shard_close(handle)
+  end subroutine check_shard
 
   !> Appends records to a list. Their arrays are moved, not copied: those of `records` are not allocated afterwards.
   pure subroutine append_records(records, list)

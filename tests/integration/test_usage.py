@@ -64,6 +64,9 @@ def test_help_about_a_command(signorom, tmp_path, command):
                 ["run", "a.yaml", "--at", "a=1"],
                 r"error: --at goes with check, solve and predict, not with run",
             ),
+            (["sample", "a.yaml", "--share", "0/4"], r"error: --share is '0/4'; it must be K/N"),
+            (["sample", "a.yaml", "--share"], r"error: the option --share needs a value"),
+            (["run", "a.yaml", "--share", "1/4"], r"error: --share goes with sample, not with run"),
             (["run", "a.yaml", "--strict"], r"error: --strict goes with predict, not with run"),
         ]
     ),

@@ -20,6 +20,7 @@ module sig_sampling
   use sig_rank_groups, only: rank_groups_t
   use sig_reasons, only: reason_converged
   use sig_sampled_responses, only: sampled_responses_t
+  use sig_sampling_shares, only: points_of_share, warn_of_missing_points
   use sig_snapshot_buffer, only: snapshot_buffer_t
   use sig_snapshot_merge, only: find_finished_points, merge_snapshots, store_t
   use sig_snapshot_shard, only: shard_content_t, snapshot_record_t
@@ -65,9 +66,10 @@ module sig_sampling
 
 contains
 
-  !> Solves a set of points of the deck and keeps the solutions in a store. Collective on all ranks; errors are known to all.
+  !> Solves a set of points of the deck, or the store's share of them, and keeps the solutions in the store. Collective on all
+  !> ranks; errors are known to all.
   !>
-  !> Errors: those of build_states and solve_missing.
+  !> Errors: those of build_states and solve_missing; with a share also those of check_points at all points.
   subroutine sample(full_order, point_set, store, outcome, error, ierr)
     !> loaded
     type(full_order_t), target, intent(inout) :: full_order
@@ -83,6 +85,12 @@ contains
     ierr = 0
     call build_states(full_order%problem%deck, point_set, points, error)
     if (allocated(error)) return
+    if (store%share%is_used()) then
+      call check_points(full_order%problem, points, error)
+      if (allocated(error)) return
+      points = points(:, points_of_share(full_order%problem, points, store%share))
+      if (size(points, 2) == 0) return
+    end if
     PetscCall(sampler%create(full_order, size(points, 2), ierr))
     PetscCall(sampler%solve_missing(store, points, outcome, error, ierr))
   end subroutine sample
@@ -101,9 +109,10 @@ contains
     PetscCall(full_order%team_for(self%problem%deck%training%n_groups, n_points, self%team, ierr))
   end subroutine create
 
-  !> Solves the points of which the store has no converged solution, then merges the store into one file; does nothing if all are
-  !> solved and merged. A point that does not converge is stored with its reason, and the next call tries it again. After a signal
-  !> (outcome%is_stopped) or an error the finished points stay in shards. Collective on all ranks; errors are known to all.
+  !> Solves the points of which the store has no converged solution, then merges the store into one file, but where it has a share
+  !> leaves the solutions in shards; does nothing if all are solved and merged. A point that does not converge is stored with its
+  !> reason, and the next call tries it again. After a signal (outcome%is_stopped) or an error the finished points stay in shards.
+  !> Collective on all ranks; errors are known to all.
   !>
   !> Errors: those of check_points and find_finished_points; the solver does not use one of its PETSc options; a file cannot be
   !> written; the elastic response to the prescribed values cannot be computed.
@@ -131,6 +140,7 @@ contains
       return
     end if
     call ask_whole_histories(self%problem, is_done)
+    if (.not. store%share%is_used()) call warn_of_missing_points(self%problem, points, is_done, store%shares_there())
     to_do = pack([(i, i=1, size(is_done))], .not. is_done)
     outcome%n_found = count(is_done)
     if (size(to_do) > 0 .and. .not. self%team%is_ready) call announce_plan(self%problem, points)
@@ -154,8 +164,8 @@ contains
     end do
   end subroutine ask_whole_histories
 
-  !> Solves some of the points and merges the store; after a signal or an error it only writes the shards. Collective on all ranks.
-  !> Errors: those of solve_points, close_buffer and merge_snapshots.
+  !> Solves some of the points and merges the store; where this has a share, and after a signal or an error, it only writes the
+  !> shards. Collective on all ranks. Errors: those of solve_points, close_buffer and merge_snapshots.
   subroutine solve_and_merge(self, store, points, to_do, n_stored, outcome, error, ierr)
     type(sampler_t), intent(inout) :: self
     type(store_t), intent(in) :: store
@@ -170,6 +180,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
     type(snapshot_buffer_t) :: buffer
     real(rk) :: stopped, counts(2)
+    logical :: is_last
 
     PetscCall(solve_points(self, store, points(:, to_do), n_stored, buffer, outcome, error, ierr))
     stopped = merge(1.0_rk, 0.0_rk, outcome%is_stopped)
@@ -181,17 +192,18 @@ contains
     PetscCall(sum_over_ranks(PETSC_COMM_WORLD, counts, ierr))
     outcome%n_failed = nint(counts(1))
     outcome%n_stiffnesses = nint(counts(2)) + self%responses%n_factorizations()
-    PetscCall(close_buffer(self%team%groups, allocated(error) .or. outcome%is_stopped, buffer, error, ierr))
-    if (allocated(error) .or. outcome%is_stopped) return
+    is_last = allocated(error) .or. outcome%is_stopped .or. store%share%is_used()
+    PetscCall(close_buffer(self%team%groups, is_last, buffer, error, ierr))
+    if (allocated(error) .or. is_last) return
     PetscCall(merge_snapshots(self%problem, self%team, store, points, n_stored, buffer%records, error, ierr))
   end subroutine solve_and_merge
 
   !> Closes the buffers of the leaders of the groups. The first rank, which merges, keeps the records that it has not written; all
   !> others write theirs. If nothing will be merged, all write. Collective on all ranks. Errors: a shard cannot be written.
-  subroutine close_buffer(groups, is_failed, buffer, error, ierr)
+  subroutine close_buffer(groups, is_last, buffer, error, ierr)
     type(rank_groups_t), intent(in) :: groups
-    !> nothing will be merged, because of an error or a signal
-    logical, intent(in) :: is_failed
+    !> nothing will be merged, because of an error, a signal or a share
+    logical, intent(in) :: is_last
     type(snapshot_buffer_t), intent(inout) :: buffer
     !> if there is an error already, it stays
     type(error_t), allocatable, intent(inout) :: error
@@ -199,7 +211,7 @@ contains
     type(error_t), allocatable :: close_error
 
     if (groups%is_leader() .and. allocated(buffer%records)) &
-      call buffer%close(groups%world_rank == 0 .and. .not. is_failed, close_error)
+      call buffer%close(groups%world_rank == 0 .and. .not. is_last, close_error)
     PetscCall(broadcast_error(close_error, PETSC_COMM_WORLD, ierr))
     if (.not. allocated(error)) call move_alloc(close_error, error)
     if (.not. allocated(buffer%records)) allocate (buffer%records(0))

@@ -3,7 +3,8 @@
 !> Finds the solutions that earlier runs left in a store of the results folder, and merges them with the shards of this run into one
 !> file.
 !>
-!> A store is a file such as snapshots.h5, together with the shards snapshots.part-1, ... of a sampling that is not finished.
+!> A store is a file such as snapshots.h5, together with the shards snapshots.part-1, ... of a sampling that is not finished. Shards
+!> of a share of the points have its label in their names: snapshots.part-2of4.1.
 module sig_snapshot_merge
   use mpi, only: MPI_Barrier, MPI_Bcast, MPI_Comm_rank, MPI_INTEGER, MPI_LOGICAL
   use sig_condensed_plan, only: needs_displacements
@@ -18,9 +19,10 @@ module sig_snapshot_merge
   use sig_log, only: log_info, log_warning
   use sig_problem, only: parameter_names, parameter_units, problem_t
   use sig_reasons, only: reason_converged, reason_text
-  use sig_snapshot_shard, only: append_records, read_shard, shard_content_t, snapshot_record_t
+  use sig_share, only: share_of_label, share_t
+  use sig_snapshot_shard, only: append_records, check_shard, read_shard, shard_content_t, snapshot_record_t
   use sig_snapshot_store, only: pick_records, read_snapshot_set, records_of_set, snapshot_set_t, write_snapshots
-  use sig_text, only: are, counted, string_t, to_text
+  use sig_text, only: append_text, are, counted, string_t, to_text
   use petsc
   implicit none(type, external)
   private
@@ -32,18 +34,25 @@ module sig_snapshot_merge
   character(*), parameter, public :: snapshot_store = 'snapshots'
   character(*), parameter, public :: candidate_store = 'candidates'
 
+  !> stands behind the name of the store in those of its shards
+  character(*), parameter :: part = '.part-'
+
   !> Where solutions are kept.
   type :: store_t
     !> results folder
     character(:), allocatable :: folder
     !> snapshot_store or candidate_store
     character(:), allocatable :: name
+    !> what this run solves and writes; the merged file does not change where this is a share
+    type(share_t) :: share
     !> damaged shards were reported, so that they are now left out without a warning
     logical, private :: is_reported = .false.
   contains
     procedure :: path => store_path
     procedure :: shard_path
+    procedure :: shares_there
     procedure, private :: shards => list_shards
+    procedure, private :: share_of
   end type store_t
 
 contains
@@ -58,14 +67,17 @@ contains
 
   !> Returns the store of a folder with a name. Use it instead of store_t(...): gfortran 12 loses a text there if the argument is
   !> itself a component, such as session%folder.
-  pure function store_in(folder, name) result(store)
+  pure function store_in(folder, name, share) result(store)
     character(*), intent(in) :: folder
     !> snapshot_store or candidate_store
     character(*), intent(in) :: name
+    !> default: all points
+    type(share_t), intent(in), optional :: share
     type(store_t) :: store
 
     store%folder = folder
     store%name = name
+    if (present(share)) store%share = share
   end function store_in
 
   !> Returns the path of the merged file of the store: folder/snapshots.h5 or folder/candidates.h5.
@@ -76,29 +88,106 @@ contains
     path = self%folder // '/' // self%name // '.h5'
   end function store_path
 
-  !> Returns the path of the shard of a group of ranks (1-based), such as folder/snapshots.part-2.
+  !> Returns the path of the shard of a group of ranks (1-based), such as folder/snapshots.part-2, of a share
+  !> folder/snapshots.part-3of4.2.
   pure function shard_path(self, i_group) result(path)
     class(store_t), intent(in) :: self
     integer, intent(in) :: i_group
     character(:), allocatable :: path
 
-    path = self%folder // '/' // self%name // '.part-' // to_text(i_group)
+    path = self%folder // '/' // self%name // part
+    if (self%share%is_used()) path = path // self%share%label() // '.'
+    path = path // to_text(i_group)
   end function shard_path
 
-  !> Returns the names, without the folder, of all shards of the store, also those of earlier runs, in byte order; none if the
-  !> folder is missing.
+  !> Returns the names, without the folder, of the shards that this run reads, also those of earlier runs, in byte order: all but
+  !> those of other shares, to which other runs may be appending. None if the folder is missing.
   function list_shards(self) result(names)
     class(store_t), intent(in) :: self
     type(string_t), allocatable :: names(:)
 
-    names = list_files(self%folder, self%name // '.part-')
+    names = shards_of(self, .false.)
   end function list_shards
+
+  !> Returns the names of the shards that belong to other shares than that of the store, or of those that do not. Without a share
+  !> all shards are its own.
+  function shards_of(store, others) result(names)
+    type(store_t), intent(in) :: store
+    logical, intent(in) :: others
+    type(string_t), allocatable :: names(:)
+    type(string_t), allocatable :: all_names(:)
+    type(share_t) :: share
+    logical :: is_other
+    integer :: i
+
+    all_names = list_files(store%folder, store%name // part)
+    allocate (names(0))
+    do i = 1, size(all_names)
+      share = store%share_of(all_names(i)%text)
+      is_other = store%share%is_used() .and. share%is_used() .and. .not. share%equals(store%share)
+      if (is_other .eqv. others) call append_text(names, all_names(i)%text)
+    end do
+  end function shards_of
+
+  !> Returns the share to which a shard belongs; one that is not used for a shard of all points.
+  pure type(share_t) function share_of(self, shard) result(share)
+    class(store_t), intent(in) :: self
+    !> its name, without the folder
+    character(*), intent(in) :: shard
+    character(:), allocatable :: rest
+
+    rest = shard(len(self%name // part) + 1:)
+    share = share_of_label(rest(:index(rest // '.', '.') - 1))
+  end function share_of
+
+  !> Returns the shares of which there are shards, each as often as it has shards, one behind the other.
+  function shares_there(self) result(shares)
+    class(store_t), intent(in) :: self
+    type(share_t), allocatable :: shares(:)
+    type(string_t), allocatable :: names(:)
+    integer :: i
+
+    names = list_files(self%folder, self%name // part)
+    allocate (shares(size(names)))
+    do i = 1, size(names)
+      shares(i) = self%share_of(names(i)%text)
+    end do
+    shares = pack(shares, shares%n_shares > 0)
+  end function shares_there
+
+  !> Errors: another share of the store was dealt for another number of shares, so that points would be solved twice; its shards are
+  !> of another deck or mesh, or have other sizes.
+  subroutine check_other_shares(problem, store, n_parameters, n_stored, error)
+    type(problem_t), intent(in) :: problem
+    type(store_t), intent(in) :: store
+    integer, intent(in) :: n_parameters
+    !> number of dofs of which the store keeps displacements: all or 0
+    integer, intent(in) :: n_stored
+    type(error_t), allocatable, intent(out) :: error
+    type(string_t), allocatable :: names(:)
+    type(share_t) :: share
+    integer :: i
+
+    names = shards_of(store, .true.)
+    do i = 1, size(names)
+      share = store%share_of(names(i)%text)
+      if (share%n_shares /= store%share%n_shares) then
+        call make_error(error, 'here are points of ' // share%words() // ', which do not go with ' // store%share%words(), &
+          store%folder // '/' // names(i)%text, hint='all jobs must have the same number of shares; to begin with ' // &
+          'another number, first merge the points that are there: signorom sample ' // problem%deck%path)
+      else
+        call check_shard(store%folder // '/' // names(i)%text, shard_content_t(problem%provenance, n_parameters, n_stored, &
+          problem%force_rows%n_rows), error)
+      end if
+      if (allocated(error)) return
+    end do
+  end subroutine check_other_shares
 
   !> Finds out which points have a converged solution in the files of the store, and whether nothing is left to do. Missing files
   !> are no error. A merged file without displacements does not count if the deck needs displacements. Collective on all ranks;
   !> results and errors are the same on each.
   !>
-  !> Errors: those of collect_snapshots.
+  !> Errors: those of collect_snapshots, and of check_other_shares if the store has a share.
   subroutine find_finished_points(problem, store, points, is_done, is_merged, error, ierr, n_stored)
     type(problem_t), intent(in) :: problem
     type(store_t), intent(in) :: store
@@ -106,7 +195,7 @@ contains
     real(rk), intent(in) :: points(:, :)
     !> the merged file or a shard has a converged solution of the point, shape (n_points)
     logical, allocatable, intent(out) :: is_done(:)
-    !> all points are done, and there are no shards
+    !> all points are done, and there are no shards that this run would merge
     logical, intent(out) :: is_merged
     type(error_t), allocatable, intent(out) :: error
     PetscErrorCode, intent(out) :: ierr
@@ -122,6 +211,8 @@ contains
     n_dofs = 0
     work: if (rank == 0) then
       call collect_snapshots(problem, store, points, records, is_missing, n_dofs, error)
+      if (.not. allocated(error) .and. store%share%is_used()) &
+        call check_other_shares(problem, store, size(points, 1), n_dofs, error)
       if (allocated(error)) exit work
       i_column = 0
       do i = 1, size(points, 2)
@@ -131,7 +222,7 @@ contains
       end do
     end if work
     shards = store%shards()
-    is_merged = size(shards) == 0 .and. all(is_done)
+    is_merged = (size(shards) == 0 .or. store%share%is_used()) .and. all(is_done)
     PetscCall(broadcast_error(error, PETSC_COMM_WORLD, ierr))
     call MPI_Bcast(is_done, size(is_done), MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
     call MPI_Bcast(is_merged, 1, MPI_LOGICAL, 0, PETSC_COMM_WORLD, ierr)
