@@ -9,7 +9,7 @@ module sig_friction_problem
   use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
   use sig_friction_holding, only: hold_unresisted_motions
   use sig_friction_newton, only: is_given, run_newton
-  use sig_friction_rest, only: find_unloaded, place_unloaded, without_unloaded
+  use sig_friction_rest, only: find_unloaded, place_unloaded
   use sig_friction_sweeps, only: run_sweeps
   use sig_friction_types, only: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, &
     friction_workspace_t, length, project, scale_projections, sum_up
@@ -21,7 +21,7 @@ module sig_friction_problem
   use sig_rounding, only: rounding
   implicit none(type, external)
   private
-  public :: solve_friction, count_solutions
+  public :: solve_friction, check_forces, count_solutions
   public :: contact_open, contact_slips, contact_sticks, friction_contacts_t, friction_solution_t, friction_workspace_t
 
   !> [-] largest accepted natural residual
@@ -107,6 +107,33 @@ contains
     end if
     if (solution%reason == reason_converged) call set_openings(origins, contacts, solution, workspace)
   end subroutine solve_friction
+
+  !> Checks forces that another way than solve_friction has found: sets the natural residual of the solution, and its reason.
+  subroutine check_forces(matrix, q, origins, friction, contacts, solution)
+    !> as of solve_friction
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    real(rk), intent(in) :: q(:)
+    real(rk), intent(in) :: origins(:)
+    real(rk), intent(in) :: friction(:)
+    type(friction_contacts_t), intent(in) :: contacts
+    !> in: lambda; without an answer, all but its reason is zero
+    type(friction_solution_t), intent(inout) :: solution
+    type(friction_workspace_t) :: workspace
+    integer :: j
+
+    call workspace%reserve_projections(contacts)
+    call shift_openings(q, origins, contacts, workspace)
+    call scale_projections(matrix, contacts, workspace)
+    call sum_up(matrix, solution%lambda, workspace)
+    do j = contacts%n_forces() + 1, contacts%n_rows()
+      ! entries of N may be rounding, and forces of other bodies large
+      if (abs(workspace%w(j)) <= rounding * maxval(abs(matrix(j, :))) * maxval(abs(solution%lambda(:contacts%n_forces())))) &
+        workspace%w(j) = 0
+    end do
+    call project(effective_friction(friction, contacts), contacts, solution%lambda, workspace, solution%residual)
+    solution%reason = reason_converged
+    if (.not. solution%residual <= accepted_residual) call give_up(reason_ill_conditioned, solution)
+  end subroutine check_forces
 
   !> Returns the coefficients of friction, 0 for contacts without tangential rows and for tied ones.
   pure function effective_friction(friction, contacts) result(f)
@@ -253,7 +280,7 @@ contains
     associate (n => contacts%n_forces(), free => workspace%free)
       call find_unloaded(matrix, free(n + 1:contacts%n_rows()), contacts, is_unloaded, is_theirs)
       if (.not. any(is_unloaded)) return
-      call without_unloaded(contacts, is_unloaded, is_theirs, rows, others)
+      call contacts%take_part(.not. is_theirs, .not. is_unloaded, rows, others)
       ! other bodies that only contact holds have loads
       if (others%n_contacts == 0 .and. others%n_motions > 0) return
       call start_cold(others, answer)

@@ -8,7 +8,7 @@ module sig_friction_rest
   use sig_reasons, only: reason_converged
   implicit none(type, external)
   private
-  public :: find_unloaded, place_unloaded, without_unloaded
+  public :: find_unloaded, place_unloaded
 
   !> [-] openings by a motion are rounding below this share of the largest one
   real(rk), parameter :: rounding_of_motions = 1.0e-10_rk
@@ -59,35 +59,6 @@ contains
 
     in_groups = [(any(some .and. group == group(j)), j=1, size(group))]
   end function in_groups
-
-  !> Leaves bodies without loads out of a problem.
-  pure subroutine without_unloaded(contacts, is_unloaded, is_theirs, rows, others)
-    type(friction_contacts_t), intent(in) :: contacts
-    !> from find_unloaded
-    logical, intent(in) :: is_unloaded(:)
-    logical, intent(in) :: is_theirs(:)
-    !> rows of the problem without them
-    integer, allocatable, intent(out) :: rows(:)
-    !> its contacts
-    type(friction_contacts_t), intent(out) :: others
-    integer :: i, k, n
-
-    rows = pack([(k, k=1, contacts%n_contacts)], .not. is_theirs)
-    others%n_contacts = size(rows)
-    others%n_motions = count(.not. is_unloaded)
-    others%is_tied = contacts%is_tied(rows)
-    others%tangents = contacts%tangents(:, rows)
-    n = size(rows)
-    do k = 1, others%n_contacts
-      do i = 1, 2
-        if (others%tangents(i, k) <= 0) cycle
-        rows = [rows, others%tangents(i, k)]
-        n = n + 1
-        others%tangents(i, k) = n
-      end do
-    end do
-    rows = [rows, contacts%n_forces() + pack([(k, k=1, size(is_unloaded))], .not. is_unloaded)]
-  end subroutine without_unloaded
 
   !> Moves bodies without loads as little as possible, until nothing overlaps: min |a - a_0|^2 with w + N (a - a_0) >= 0. Its
   !> multipliers l >= 0 give a = a_0 + N' l.

@@ -48,6 +48,7 @@ module sig_friction_types
     procedure :: n_tangents
     procedure :: rows_of
     procedure :: tangential
+    procedure :: take_part
   end type friction_contacts_t
 
   !> The answer of a step, and the start of the next one.
@@ -239,6 +240,34 @@ contains
     end do
   end function tangential
 
+  !> Takes some contacts and motions alone.
+  pure subroutine take_part(self, has_contact, has_motion, rows, part)
+    class(friction_contacts_t), intent(in) :: self
+    !> shapes (n_contacts) and (n_motions)
+    logical, intent(in) :: has_contact(:)
+    logical, intent(in) :: has_motion(:)
+    !> rows of the part, 1-based, in its order
+    integer, allocatable, intent(out) :: rows(:)
+    type(friction_contacts_t), intent(out) :: part
+    integer :: i, k, n
+
+    rows = pack([(k, k=1, self%n_contacts)], has_contact)
+    part%n_contacts = size(rows)
+    part%n_motions = count(has_motion)
+    part%is_tied = self%is_tied(rows)
+    part%tangents = self%tangents(:, rows)
+    n = size(rows)
+    do k = 1, part%n_contacts
+      do i = 1, 2
+        if (part%tangents(i, k) <= 0) cycle
+        rows = [rows, part%tangents(i, k)]
+        n = n + 1
+        part%tangents(i, k) = n
+      end do
+    end do
+    rows = [rows, self%n_forces() + pack([(k, k=1, self%n_motions)], has_motion)]
+  end subroutine take_part
+
   !> Allocates the arrays for a problem. If they are large enough already, they stay as they are; otherwise all contents are lost.
   pure subroutine reserve(self, contacts)
     class(friction_workspace_t), intent(inout) :: self
@@ -267,14 +296,14 @@ contains
     end associate
   end subroutine reserve
 
-  !> Allocates only what `project` needs: w, the sizes of its terms, c, states, directions and softness. Requires: neither this nor
-  !> `reserve` was called before.
+  !> Allocates only what `sum_up` and `project` need: the openings, the sizes of their terms, c, states, directions and softness.
+  !> Requires: neither this nor `reserve` was called before.
   pure subroutine reserve_projections(self, contacts)
     class(friction_workspace_t), intent(inout) :: self
     type(friction_contacts_t), intent(in) :: contacts
 
     associate (n => contacts%n_rows(), n_contacts => contacts%n_contacts)
-      allocate (self%w(n), self%row_size(n), self%c(2, n_contacts), self%directions(2, n_contacts), source=0.0_rk)
+      allocate (self%free(n), self%w(n), self%row_size(n), self%c(2, n_contacts), self%directions(2, n_contacts), source=0.0_rk)
       allocate (self%states(n_contacts), source=contact_open)
       allocate (self%softness(n_contacts), source=huge(1.0_rk))
     end associate

@@ -2,28 +2,22 @@
 !> Steps of a history of contact with friction, or with tied contacts, condensed to the forces.
 !>
 !> W and q have the form of sig_condensed: for an anchor, which holds a body that only contact holds, the unknown is its opening.
-!> Here anchors keep their forces as unknowns, and the motions of these bodies are further unknowns (sig_friction_types).
+!> Here anchors keep their forces as unknowns, and the motions of these bodies are further unknowns (sig_friction_types). Tied
+!> contacts are left out of the problem that is solved, wherever that loses no digits (sig_friction_ties).
 module sig_friction_steps
   use sig_contact_laws, only: contact_laws_t
   use sig_friction_contraction, only: unit_contraction
   use sig_friction_derivative, only: differentiate_friction, friction_derivative_t, friction_step_t
-  use sig_friction_problem, only: contact_open, contact_slips, contact_sticks, count_solutions, friction_contacts_t, &
-                                  friction_solution_t, friction_workspace_t, solve_friction
+  use sig_friction_problem, only: check_forces, contact_open, contact_slips, contact_sticks, count_solutions, &
+                                  friction_contacts_t, friction_solution_t, friction_workspace_t
+  use sig_friction_search, only: friction_loads_t, search_friction
+  use sig_friction_ties, only: friction_ties_t
   use sig_kinds, only: rk
   use sig_linear_algebra, only: invert
   use sig_reasons, only: reason_converged
   implicit none(type, external)
   private
   public :: friction_steps_t, friction_memory_t
-
-  !> limits of `approach`: problems, rounds of sweeps in each, and the smallest share of the way from the last step to this one
-  integer, parameter :: most_trials = 60
-  integer, parameter :: rounds_of_trials = 2
-  real(rk), parameter :: least_length = 1.0e-5_rk
-  !> limits of `follow`: places, and those in a row with the same forces up to a share of the largest one: bodies move on and on
-  integer, parameter :: most_places = 150
-  integer, parameter :: most_steady = 12
-  real(rk), parameter :: steady = 1.0e-6_rk
 
   !> What a step problem has at all times.
   type :: friction_steps_t
@@ -34,7 +28,8 @@ module sig_friction_steps
     integer, allocatable, private :: anchors(:)
     !> [length/force] shape (n, n) with n = n_rows + n_motions
     real(rk), allocatable, private :: compliance(:, :)
-    !> its inverse, or nothing where it has none, as in corners
+    type(friction_ties_t), private :: ties
+    !> of the matrix of the problem that is solved, or nothing where it has none, as in corners
     real(rk), allocatable, private :: inverse(:, :)
     !> [-] unit_contraction; huge where it is not known
     real(rk), private :: unit_contraction = huge(1.0_rk)
@@ -61,7 +56,11 @@ module sig_friction_steps
     real(rk), allocatable :: origins(:)
     !> [length] slip of the present step in tangential rows; 0 where a contact sticks, opens or is open; shape (n_rows)
     real(rk), allocatable :: slip(:)
+    !> of the problem that is solved
+    type(friction_loads_t), private :: loads
     type(friction_workspace_t), private :: workspace
+    !> the answer without tied contacts, where these are left out
+    type(friction_solution_t), private :: others
     !> [length] q with rows of motions, shape (n_rows + n_motions)
     real(rk), allocatable, private :: openings(:)
     !> whether a step was made since the beginning of the history
@@ -103,7 +102,6 @@ contains
     !> whether the inverse is made, too, which pays if W is that of many steps
     logical, intent(in) :: keeps_inverse
     integer :: j, n
-    logical :: is_singular
 
     call self%start(laws, anchors)
     n = size(compliance, 1)
@@ -122,15 +120,30 @@ contains
       self%compliance(anchors(j), n + j) = scale
     end do
     self%compliance(n + 1:, :n) = -transpose(self%compliance(:n, n + 1:))
+    call self%ties%create(self%compliance, self%contacts)
     if (allocated(self%inverse)) deallocate (self%inverse)
     self%unit_contraction = huge(self%unit_contraction)
     if (.not. keeps_inverse) return
-    allocate (self%inverse(size(self%compliance, 1), size(self%compliance, 1)))
-    call invert(self%compliance, self%inverse, is_singular)
-    if (is_singular) deallocate (self%inverse)
-    if (allocated(self%inverse) .and. size(anchors) == 0) &
-      self%unit_contraction = unit_contraction(self%compliance, self%inverse, self%contacts)
+    if (self%ties%are_left_out) then
+      call keep_inverse(self, self%ties%compliance, self%ties%others)
+    else
+      call keep_inverse(self, self%compliance, self%contacts)
+    end if
   end subroutine create
+
+  !> Computes the inverse of the matrix of the problem that is solved, and its unit_contraction: that of a bonded body is smaller.
+  subroutine keep_inverse(self, matrix, contacts)
+    type(friction_steps_t), intent(inout) :: self
+    real(rk), contiguous, intent(in) :: matrix(:, :)
+    type(friction_contacts_t), intent(in) :: contacts
+    logical :: is_singular
+
+    allocate (self%inverse(size(matrix, 1), size(matrix, 1)))
+    call invert(matrix, self%inverse, is_singular)
+    if (is_singular) deallocate (self%inverse)
+    if (allocated(self%inverse) .and. size(self%anchors) == 0) &
+      self%unit_contraction = unit_contraction(matrix, self%inverse, contacts)
+  end subroutine keep_inverse
 
   !> Returns the contraction kappa (sig_friction_contraction) for given coefficients of friction; huge where it is not known:
   !> without an inverse, or with bodies that only contact holds. It allocates nothing.
@@ -192,29 +205,20 @@ contains
     !> [-] coefficient of friction of each contact
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
-    type(friction_solution_t) :: last
-    real(rk) :: before(size(memory%openings))
-    logical :: has_last
     integer :: i, k
 
-    has_last = memory%has_begun
-    before = memory%openings
     associate (n => size(opening), openings => memory%openings)
       openings(:n) = opening
       openings(n + 1:) = opening(self%anchors)
       openings(self%anchors) = 0
     end associate
-    if (has_last) then
-      last = memory%solution
-      memory%origins = -memory%solution%openings
-    else
-      last = untouched(self, memory%openings)
-    end if
+    if (memory%has_begun) memory%origins = -memory%solution%openings
     memory%has_begun = .true.
-    call solve_friction(self%compliance, memory%openings, memory%origins, friction, self%contacts, memory%solution, &
-                        memory%workspace, self%inverse)
-    if (has_last .and. memory%solution%reason /= reason_converged) call approach(self, last, before, friction, memory)
-    if (memory%solution%reason /= reason_converged) call follow(self, last, friction, memory)
+    if (self%ties%are_left_out) then
+      call advance_others(self, friction, memory)
+    else
+      call advance_all(self, friction, memory)
+    end if
     memory%slip = 0
     if (memory%solution%reason /= reason_converged) return
     do k = 1, self%contacts%n_contacts
@@ -227,104 +231,33 @@ contains
     end do
   end subroutine advance
 
-  !> Returns what stands for the last step before the first one: nothing touches.
-  pure type(friction_solution_t) function untouched(self, openings) result(solution)
+  !> Solves a step for all contacts.
+  subroutine advance_all(self, friction, memory)
     class(friction_steps_t), intent(in) :: self
-    !> [length] openings without forces, shape (n_rows + n_motions)
-    real(rk), intent(in) :: openings(:)
-
-    allocate (solution%lambda(size(openings)), source=0.0_rk)
-    allocate (solution%openings(size(openings)), source=openings)
-    allocate (solution%states(self%contacts%n_contacts), source=contact_open)
-    solution%reason = reason_converged
-  end function untouched
-
-  !> Tries a step that was not solved once more, from the answers of problems between the last step and this one: their openings
-  !> without forces lie on the line from those of the last step to those of this one. What is remembered stays as it is.
-  !> As when a body is nearly unloaded, few of the contacts of the last step may be closed in this one. Where this fails, too, the
-  !> reason stays as it was.
-  subroutine approach(self, last, before, friction, memory)
-    class(friction_steps_t), intent(in) :: self
-    !> answer of the last step
-    type(friction_solution_t), intent(in) :: last
-    !> [length] openings of the last step, shape (n_rows + n_motions)
-    real(rk), intent(in) :: before(:)
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
-    type(friction_solution_t) :: start, trial
-    real(rk) :: length, place
-    integer :: i
 
-    start = last
-    place = 0
-    length = 0.5_rk
-    do i = 1, most_trials
-      trial = start
-      associate (next => min(1.0_rk, place + length))
-        call solve_friction(self%compliance, before + next * (memory%openings - before), memory%origins, friction, self%contacts, &
-                            trial, memory%workspace, self%inverse, rounds_of_trials)
-        if (trial%reason == reason_converged) then
-          place = next
-          start = trial
-        else
-          length = length / 2
-        end if
-      end associate
-      if (place >= 1) exit
-      if (length < least_length) return
-    end do
-    if (place >= 1) memory%solution = start
-  end subroutine approach
+    call memory%loads%take(memory%openings, memory%origins, friction)
+    call search_friction(self%compliance, self%contacts, memory%loads, memory%solution, memory%workspace, self%inverse)
+  end subroutine advance_all
 
-  !> Tries a step that was not solved once more, where only contact holds bodies: springs between each place of these bodies and the
-  !> next one let them move from contact to contact, as when a load changes its sign and a pin crosses its clearance. From each
-  !> place the step itself is tried. Where this fails, too, the reason stays as it was.
-  subroutine follow(self, last, friction, memory)
+  !> Solves a step without the tied contacts, and checks the answer for all contacts.
+  subroutine advance_others(self, friction, memory)
     class(friction_steps_t), intent(in) :: self
-    !> answer of the last step, or `untouched`
-    type(friction_solution_t), intent(in) :: last
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
-    type(friction_solution_t) :: start, trial
-    real(rk), allocatable :: softened(:, :)
-    real(rk) :: openings(size(memory%openings)), spring
-    integer :: i, j, n_steady
+    real(rk) :: forces(size(self%ties%tied_rows)), q(size(self%ties%rows))
 
-    n_steady = 0
-    associate (n => self%contacts%n_forces(), n_contacts => self%contacts%n_contacts, loads => memory%openings)
-      spring = 0
-      if (self%contacts%n_motions > 0) spring = norm2(loads(n + 1:)) * maxval(abs(self%compliance(:n, n + 1:)))
-      if (.not. spring > 0) return
-      spring = spring / max(tiny(spring), maxval(abs(last%openings(:n_contacts))))
-      softened = self%compliance
-      start = last
-      do i = 1, most_places
-        do j = n + 1, size(loads)
-          softened(j, j) = spring
-        end do
-        openings = loads
-        openings(n + 1:) = loads(n + 1:) - spring * start%lambda(n + 1:)
-        trial = start
-        call solve_friction(softened, openings, memory%origins, friction, self%contacts, trial, memory%workspace, &
-                            most_rounds=rounds_of_trials)
-        if (trial%reason /= reason_converged) then
-          spring = 4 * spring
-          cycle
-        end if
-        n_steady = n_steady + 1
-        if (maxval(abs(trial%lambda(:n) - start%lambda(:n))) > steady * maxval(abs(trial%lambda(:n)))) n_steady = 0
-        if (n_steady > most_steady) exit
-        start = trial
-        call solve_friction(self%compliance, loads, memory%origins, friction, self%contacts, trial, memory%workspace, &
-                            self%inverse, rounds_of_trials)
-        if (trial%reason == reason_converged) then
-          memory%solution = trial
-          return
-        end if
-        spring = spring / 2
-      end do
+    associate (ties => self%ties, solution => memory%solution, origins => memory%origins)
+      call ties%reduce(memory%openings, origins, forces, q)
+      call memory%loads%take(q, origins(ties%rows), friction(ties%contacts))
+      call ties%take_answer(solution, memory%others)
+      call search_friction(ties%compliance, ties%others, memory%loads, memory%others, memory%workspace, self%inverse)
+      call ties%give_answer(memory%others, forces, memory%openings, origins, solution)
+      if (solution%reason == reason_converged) &
+        call check_forces(self%compliance, memory%openings, origins, friction, self%contacts, solution)
     end associate
-  end subroutine follow
+  end subroutine advance_others
 
   !> Returns the number of solutions of the last step that two more starts find (count_solutions); 1 without friction. Requires: the
   !> last step has an answer.
@@ -334,7 +267,13 @@ contains
     real(rk), intent(in) :: friction(:)
     type(friction_memory_t), intent(inout) :: memory
 
-    call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n)
+    if (self%ties%are_left_out) then
+      associate (ties => self%ties)
+        call count_solutions(ties%compliance, friction(ties%contacts), ties%others, memory%others, memory%workspace, n)
+      end associate
+    else
+      call count_solutions(self%compliance, friction, self%contacts, memory%solution, memory%workspace, n)
+    end if
   end function count_answers
 
   !> Computes the derivatives of the answer of the last step in some directions; those of its openings count from the change of the
@@ -429,7 +368,9 @@ contains
       numbers(2:n + 1) = self%solution%lambda
       numbers(n + 2:2 * n + 1) = self%solution%openings
       associate (n_contacts => size(self%solution%states))
-        call self%workspace%kept%save(numbers(2 * n + 2:2 * n + 4 + 5 * n_contacts))
+        ! kept factors are those of the contacts that are not left out
+        if (self%workspace%kept%is_set) &
+          call self%workspace%kept%save(numbers(2 * n + 2:2 * n + 4 + 5 * size(self%workspace%kept%states)))
         numbers(2 * n + 5 + 5 * n_contacts:) = self%solution%states
       end associate
     end associate
@@ -448,11 +389,12 @@ contains
     is_valid = all(abs(numbers) <= huge(numbers)) .and. any(abs(numbers(1) - [0, 1]) <= 0)
     if (.not. (is_valid .and. numbers(1) > 0)) call self%workspace%kept%forget()
     if (.not. (is_valid .and. numbers(1) > 0)) return
-    associate (n => size(self%origins), n_contacts => steps%contacts%n_contacts)
+    associate (n => size(self%origins), n_contacts => steps%contacts%n_contacts, &
+      n_kept => merge(steps%ties%others%n_contacts, steps%contacts%n_contacts, steps%ties%are_left_out))
       do k = 2 * n + 5 + 5 * n_contacts, size(numbers)
         is_valid = is_valid .and. any(abs(numbers(k) - [contact_open, contact_sticks, contact_slips]) <= 0)
       end do
-      if (is_valid) call self%workspace%kept%restore(numbers(2 * n + 2:2 * n + 4 + 5 * n_contacts), is_valid)
+      if (is_valid) call self%workspace%kept%restore(numbers(2 * n + 2:2 * n + 4 + 5 * n_kept), is_valid)
       if (.not. is_valid) call self%workspace%kept%forget()
       if (.not. is_valid) return
       self%solution%lambda = numbers(2:n + 1)

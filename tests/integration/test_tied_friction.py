@@ -168,6 +168,13 @@ def test_unseen_history(signorom, tmp_path, tied):
     assert set(answers["error_bound"]) == {"none"}
 
 
+def test_condensed_solver(signorom, tmp_path):
+    """Condensed to its contacts, the bed hangs on the tied surface alone: a slender part without any other support."""
+    wanted = solved(signorom, tmp_path / "sparse", POINT)
+    answers = solved(signorom, tmp_path / "dense", POINT, **{"type: active_set": "type: condensed"})
+    check_same(answers, wanted, 8)
+
+
 def test_a_tied_contact_slips(signorom, tmp_path, tied):
     """The answer ends at the first time at which a contact that is taken as stuck slips in the full order."""
     point = "press=1.03e-3,pull=9e4,mu=0.44"
