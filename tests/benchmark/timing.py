@@ -17,10 +17,10 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "tests" / "support"))
 from decks import copy_deck  # noqa: E402
-from program import ENVIRONMENT, descendants, launcher  # noqa: E402
+from program import ENVIRONMENT, descendants, launcher, waiting  # noqa: E402
 from results import read_table  # noqa: E402
 
-__all__ = ["copy_deck", "launcher", "read_table"]
+__all__ = ["copy_deck", "launcher", "read_table", "waiting"]
 
 INPUT = ROOT / "input"
 BUILD = ROOT / "build" / "release"
