@@ -43,9 +43,9 @@ module sig_contact_system
     !> [s] wall time of the partition of the mesh, of the assembly
     real(rk) :: partition_seconds = 0
     real(rk) :: assembly_seconds = 0
-    !> two work vectors with the layout of K
-    !> of which corners each node is the middle
+    !> of which corners each node of this rank (map%local_nodes) is the middle
     type(corner_means_t) :: corner_means
+    !> two work vectors with the layout of K
     Vec :: work_in
     Vec :: work_out
   contains
@@ -97,7 +97,7 @@ contains
     self%partition_seconds = wall_time() - start
     PetscCall(rank_and_size(comm, rank, n_ranks, ierr))
     call create_dof_map(mesh, partition, rank, n_ranks, self%map)
-    call find_corner_means(mesh, self%corner_means)
+    call find_corner_means(mesh, self%map%local_nodes(), self%corner_means)
     call create_rigid_motions(mesh, body%mechanics%is_round, boundary%is_prescribed, rows, self%motions)
     call self%boundary%hold_dofs(self%motions%idle%supports)
     start = wall_time()

@@ -18,11 +18,13 @@ module sig_dof_map
     integer :: first_dof_0 = 0
     !> natural dofs that this rank owns, ascending; shape (n_local_dofs)
     integer, allocatable :: local_dofs(:)
-    !> distributed number (0-based) of each natural dof, shape (n_dofs)
-    integer, allocatable :: distributed_0(:)
+    !> distributed number (0-based) of each node, shape (n_nodes)
+    integer, allocatable :: node_places_0(:)
     !> cells that this rank assembles, ascending
     integer, allocatable :: own_cells(:)
   contains
+    procedure :: distributed_0
+    procedure :: local_nodes
     procedure :: local_index
     procedure :: count_blocks
   end type dof_map_t
@@ -38,28 +40,47 @@ contains
     !> number of ranks of this communicator
     integer, intent(in) :: n_ranks
     type(dof_map_t), intent(out) :: map
-    integer :: next_0(0:n_ranks - 1), i_node, i_rank, i_component, i_dof, i_cell
+    integer :: next_0(0:n_ranks - 1), i_node, i_rank, i, i_cell
 
     map%n_dim = mesh%n_dim
     map%n_dofs = mesh%n_dim * mesh%n_nodes
     next_0 = 0
     do i_rank = 1, n_ranks - 1
-      next_0(i_rank) = next_0(i_rank - 1) + mesh%n_dim * count(partition%node_owner == i_rank - 1)
+      next_0(i_rank) = next_0(i_rank - 1) + count(partition%node_owner == i_rank - 1)
     end do
-    map%first_dof_0 = next_0(rank)
+    map%first_dof_0 = mesh%n_dim * next_0(rank)
     map%own_cells = pack([(i_cell, i_cell=1, mesh%n_cells)], partition%cell_owner == rank)
     map%n_local_dofs = mesh%n_dim * count(partition%node_owner == rank)
-    allocate (map%distributed_0(map%n_dofs), map%local_dofs(map%n_local_dofs))
+    allocate (map%node_places_0(mesh%n_nodes), map%local_dofs(map%n_local_dofs))
     do i_node = 1, mesh%n_nodes
       i_rank = partition%node_owner(i_node)
-      do i_component = 1, mesh%n_dim
-        i_dof = mesh%n_dim * (i_node - 1) + i_component
-        map%distributed_0(i_dof) = next_0(i_rank)
-        if (i_rank == rank) map%local_dofs(next_0(rank) - map%first_dof_0 + 1) = i_dof
-        next_0(i_rank) = next_0(i_rank) + 1
-      end do
+      map%node_places_0(i_node) = next_0(i_rank)
+      next_0(i_rank) = next_0(i_rank) + 1
+      if (i_rank /= rank) cycle
+      associate (before => mesh%n_dim * map%node_places_0(i_node) - map%first_dof_0)
+        map%local_dofs(before + 1:before + mesh%n_dim) = [(mesh%n_dim * (i_node - 1) + i, i=1, mesh%n_dim)]
+      end associate
     end do
   end subroutine create_dof_map
+
+  !> Returns the distributed number (0-based) of a natural dof: the dofs of a node are neighbors in both orders.
+  elemental integer function distributed_0(self, dof)
+    class(dof_map_t), intent(in) :: self
+    !> natural
+    integer, intent(in) :: dof
+    integer :: i_node
+
+    i_node = (dof - 1) / self%n_dim + 1
+    distributed_0 = self%n_dim * self%node_places_0(i_node) + dof - self%n_dim * (i_node - 1) - 1
+  end function distributed_0
+
+  !> Returns the nodes that this rank owns, ascending.
+  pure function local_nodes(self) result(nodes)
+    class(dof_map_t), intent(in) :: self
+    integer :: nodes(self%n_local_dofs / self%n_dim)
+
+    nodes = self%local_dofs(self%n_dim::self%n_dim) / self%n_dim
+  end function local_nodes
 
   !> Returns the index (1-based) of a natural dof in local_dofs, 0 if another rank owns it.
   pure integer function local_index(self, dof)

@@ -8,11 +8,12 @@ module sig_corner_means
   private
   public :: corner_means_t, find_corner_means
 
-  !> The corners of all nodes; a corner is the middle of itself.
+  !> The corners of some nodes, which a rank owns; a corner is the middle of itself. Nothing is allocated where all nodes of the
+  !> mesh are corners.
   type :: corner_means_t
-    !> number of corners of each node, shape (n_nodes)
+    !> number of corners of each node of the mesh, shape (n_nodes)
     integer, allocatable :: n_corners(:)
-    !> nodes of the mesh, 1-based; corners(:n_corners(i), i) are those of node i
+    !> nodes of the mesh, 1-based; corners(:n_corners(nodes(i)), i) are those of nodes(i), shape (most_corners, size(nodes))
     integer, allocatable :: corners(:, :)
   contains
     procedure :: has_middles
@@ -23,24 +24,31 @@ module sig_corner_means
 
 contains
 
-  !> Finds the corners of all nodes. A node that no cell has counts as a corner.
-  pure subroutine find_corner_means(mesh, means)
+  !> Finds the corners of some nodes, and how many corners all nodes have. A node that no cell has counts as a corner.
+  pure subroutine find_corner_means(mesh, nodes_wanted, means)
     type(mesh_t), intent(in) :: mesh
+    !> 1-based, each once
+    integer, intent(in) :: nodes_wanted(:)
     type(corner_means_t), intent(out) :: means
+    !> position of each node in nodes_wanted, 0 where it is not there
+    integer, allocatable :: place(:)
     integer :: n_corners(max_element_nodes, n_element_types), corners(most_corners, max_element_nodes, n_element_types)
-    integer :: i, i_cell, i_node, n
+    integer :: i, i_cell, n
 
+    if (all(element_types(mesh%cell_types)%order == 1)) return
     call tabulate_corners(n_corners, corners)
     allocate (means%n_corners(mesh%n_nodes), source=1)
-    allocate (means%corners(most_corners, mesh%n_nodes), source=0)
-    means%corners(1, :) = [(i_node, i_node=1, mesh%n_nodes)]
+    allocate (means%corners(most_corners, size(nodes_wanted)), source=0)
+    allocate (place(mesh%n_nodes), source=0)
+    means%corners(1, :) = nodes_wanted
+    place(nodes_wanted) = [(i, i=1, size(nodes_wanted))]
     do i_cell = 1, mesh%n_cells
       associate (nodes => mesh%cell_nodes(mesh%cell_offsets(i_cell) + 1:mesh%cell_offsets(i_cell + 1)), &
                  i_type => mesh%cell_types(i_cell))
         do i = 1, size(nodes)
           n = n_corners(i, i_type)
           means%n_corners(nodes(i)) = n
-          means%corners(:n, nodes(i)) = nodes(corners(:n, i, i_type))
+          if (place(nodes(i)) > 0) means%corners(:n, place(nodes(i))) = nodes(corners(:n, i, i_type))
         end do
       end associate
     end do
@@ -65,10 +73,10 @@ contains
     end do
   end subroutine tabulate_corners
 
-  !> Whether there is a node that is no corner.
+  !> Whether the mesh has a node that is no corner.
   pure logical function has_middles(self)
     class(corner_means_t), intent(in) :: self
 
-    has_middles = any(self%n_corners > 1)
+    has_middles = allocated(self%n_corners)
   end function has_middles
 end module sig_corner_means

@@ -35,15 +35,15 @@ contains
     ierr = 0
     associate (map => system%map, means => system%corner_means)
       if (.not. means%has_middles()) return
-      numbers_0 = number_corners(means%n_corners == 1, map%distributed_0(map%n_dim::map%n_dim) / map%n_dim)
-      nodes = map%local_dofs(map%n_dim::map%n_dim) / map%n_dim
+      numbers_0 = number_corners(means%n_corners == 1, map%node_places_0)
+      nodes = map%local_nodes()
       allocate (offsets(size(nodes) + 1), source=0)
       do i = 1, size(nodes)
         offsets(i + 1) = offsets(i) + means%n_corners(nodes(i))
       end do
       allocate (columns_0(offsets(size(offsets))))
       do i = 1, size(nodes)
-        columns_0(offsets(i) + 1:offsets(i + 1)) = numbers_0(means%corners(:means%n_corners(nodes(i)), nodes(i)))
+        columns_0(offsets(i) + 1:offsets(i + 1)) = numbers_0(means%corners(:means%n_corners(nodes(i)), i))
       end do
       ierr = sig_set_linear_interpolant(matrix%v, map%n_dim, size(nodes), count(means%n_corners(nodes) == 1), offsets, columns_0)
     end associate

@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What every rank keeps for itself: largest memory of two ranks beside the bytes that follow from the program's types.
+"""What every rank keeps for itself: largest memory of ranks beside the bytes that follow from the program's types.
 
 `scaling.py --parts memory` prints the tables; input/CLUSTER.md says what they mean.
 """
 
+import os
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from blocks_3d import SIZES
-from boxes import deck_text, write_boxes
-from timing import launcher, measure
+from boxes import AT_ONE_POINT, deck_text, write_boxes
+from timing import launcher, measure, waiting
 
 N_RANKS = 2
 INTEGER, REAL = 4, 8
@@ -25,9 +27,19 @@ def bytes_per_node():
     return cell + node + region + is_prescribed + motions
 
 
+def bytes_of_system():
+    """Of what the solver of a group keeps of the whole mesh: numbering, supports, rigid motions."""
+    numbering = INTEGER
+    is_prescribed = 3 * INTEGER
+    motions = 3 * REAL + INTEGER
+    return numbering + is_prescribed + motions
+
+
 def peaks_of(program, command, counts, n_ranks=N_RANKS, *, solver="auto", n_points=4, method="auto"):
     """Largest memory of each rank [bytes]; numbers of nodes and pairs of two boxes."""
     rest = f"training: {{grid: {{P: {n_points}}}}}\nreduction: {{method: {method}}}"
+    if command == "solve":
+        rest = AT_ONE_POINT
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         n_nodes = write_boxes(folder / "boxes.msh", "H8", counts)
@@ -47,6 +59,31 @@ def print_mesh(program, sizes):
     print(
         f"    check, most at a time: {slopes[0]:.0f} on the rank that reads, {slopes[1]:.0f} on the other one"
     )
+
+
+def solve_slopes(program, sizes, n_ranks):
+    """Bytes per node of `solve` with multigrid, on the first rank and, mean, on the others."""
+    os.environ.update(waiting(n_ranks))
+    small, large = (
+        peaks_of(program, "solve", [SIZES[size][0], *SIZES[size]], n_ranks, solver="active_set, linear: gamg")
+        for size in sizes
+    )
+    n_nodes = large[1] - small[1]
+    slopes = (np.array(large[0]) - np.array(small[0])) / n_nodes
+    return slopes[0], slopes[1:].mean() if n_ranks > 1 else slopes[0]
+
+
+def print_solve(program, sizes, rank_counts):
+    """What of a solution by multigrid ranks share, and what each keeps. `sizes`: small and large, keys of SIZES."""
+    print(f"solve by multigrid, bytes per node; {bytes_of_system()} of the system on each rank by the types")
+    print("    ranks  first rank  others, mean")
+    others = {}
+    for n_ranks in rank_counts:
+        first, others[n_ranks] = solve_slopes(program, sizes, n_ranks)
+        print(f"    {n_ranks:5d} {first:11.0f} {others[n_ranks]:13.0f}", flush=True)
+    few, many = sorted(others)[-2:]
+    kept = (many * others[many] - few * others[few]) / (many - few)
+    print(f"    if the rest is shared equally, each of {few} and of {many} ranks keeps {kept:.0f}")
 
 
 def print_condensed(program, sides):
@@ -84,5 +121,6 @@ def print_snapshots(program, few, many):
 def print_tables(program, is_small=False):
     """All of them; `is_small`: quickly, to see that they work."""
     print_mesh(program, (1, 13) if is_small else (54, 1000))
+    print_solve(program, *(((1, 13), (1, 2)) if is_small else ((13, 54), (1, 2, 4))))
     print_condensed(program, (5,) if is_small else (29, 41))
     print_snapshots(program, *((10, 20) if is_small else (1000, 2000)))

@@ -1645,4 +1645,16 @@ PLANTED = [
         "only one share may run at a time",
         "integration.test_shares$",
     ),
+    Planted(
+        SRC + "mesh/corner_means.f90",
+        "place(nodes_wanted) = [(i, i=1, size(nodes_wanted))]",
+        "place(nodes_wanted) = nodes_wanted",
+        "corners of a rank's nodes stand at the places of all nodes",
+    ),
+    Planted(
+        SRC + "fem/dof_map.f90",
+        "self%node_places_0(i_node) + dof - self%n_dim",
+        "self%node_places_0(i_node) + dof + self%n_dim",
+        "distributed numbers leave the block of their rank",
+    ),
 ]
