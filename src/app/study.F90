@@ -36,6 +36,7 @@ module sig_study
   use sig_snapshot_store, only: snapshot_set_t
   use sig_stage_report, only: describe_problem, report_fields, warn_of_leans, warn_of_residuals, write_report
   use sig_stop_request, only: agree_to_stop
+  use sig_study_plan, only: forget_training
   use sig_text, only: counted, to_text
   use sig_time_error, only: estimate_time_error, time_error_t
   use sig_clock, only: wall_time
@@ -249,6 +250,7 @@ contains
         call session%announce_plan(points)
         call read_own_model(session, problem, model, error)
         if (allocated(error)) exit work
+        call forget_training(problem)
         PetscCall(session%full_order%team_for(problem%deck%test%n_groups, size(points, 2), team, ierr))
         PetscCall(validate(problem, team, model, points, session%has_benchmark, outcome, error, ierr))
         if (allocated(error) .or. outcome%is_stopped) exit work

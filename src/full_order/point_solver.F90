@@ -9,6 +9,7 @@ module sig_point_solver
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_elastic_body, only: elastic_body_t
+  use sig_elimination_plan, only: elimination_plan_t
   use sig_free_response, only: compute_lifting
   use sig_friction_set, only: friction_set_t
   use sig_imposed_strain, only: strain_field_t
@@ -19,7 +20,7 @@ module sig_point_solver
   use sig_progress, only: duration_text, progress_t
   use sig_reasons, only: reason_converged
   use sig_solver_choice, only: choose_solver
-  use sig_solver_costs, only: cost_t, factorization_cost
+  use sig_solver_costs, only: condensed_cost, cost_t, elimination_cost, factorization_cost
   use sig_solver_plan, only: solver_plan_t
   use sig_term_values, only: term_values_t
   use petsc
@@ -49,6 +50,8 @@ module sig_point_solver
     logical, private :: is_ready = .false.
     !> of condense, if the solver is another one
     type(condensed_t), allocatable, private :: condensed
+    !> of a condensed operator
+    type(elimination_plan_t), private :: elimination
     !> where materials flow; it has a solver of its own
     type(newton_t), allocatable, private :: newton
   contains
@@ -96,6 +99,7 @@ contains
       PetscCall(create_newton(self, problem, plan, ierr))
     else if (problem%has_fixed_stiffness) then
       if (plan%linear == 'cholesky') call announce_factorization(problem)
+      call plan_elimination(self, problem)
       PetscCall(self%solver%create(self%system, ierr))
       self%n_stiffnesses = 1
       self%is_ready = .true.
@@ -120,6 +124,22 @@ contains
     end associate
     PetscCall(self%newton%create(self%system, problem%mesh, problem%body, problem%flow%laws, solver, ierr))
   end subroutine create_newton
+
+  !> Sets self%elimination, and that of a condensed solver. Local.
+  subroutine plan_elimination(self, problem)
+    type(point_solver_t), intent(inout) :: self
+    type(problem_t), intent(in) :: problem
+    type(cost_t) :: alone, whole
+
+    alone = elimination_cost(problem%sizes)
+    whole = condensed_cost(problem%sizes, trim(merge('cholesky', 'gamg    ', problem%plan%may_factor)))
+    self%elimination = problem%elimination
+    self%elimination%cost = cost_t(alone%seconds, whole%bytes)
+    select type (solver => self%solver)
+    type is (condensed_t)
+      solver%elimination = self%elimination
+    end select
+  end subroutine plan_elimination
 
   !> Tells how long the factorization will take if that is some seconds: MUMPS does it in one step, without a sign of progress.
   subroutine announce_factorization(problem)
@@ -450,6 +470,7 @@ contains
     if (.not. allocated(self%condensed)) then
       allocate (self%condensed)
       self%condensed%is_multigrid = .not. self%solver%may_factor
+      self%condensed%elimination = self%elimination
       PetscCall(self%condensed%create(self%system, ierr))
     end if
     condensed => self%condensed

@@ -7,12 +7,15 @@ module sig_problem
   use sig_deck_box, only: names_of
   use sig_deck_config, only: deck_config_t, name_config_t
   use sig_elastic_body, only: elastic_body_t
+  use sig_elimination_plan, only: elimination_plan_t
+  use sig_errors, only: error_t
   use sig_flow_model, only: flow_model_t
   use sig_idle_work, only: idle_work_t
   use sig_imposed_strain, only: imposed_strains_t, strain_field_t
   use sig_kinds, only: rk
   use sig_materials, only: set_materials
   use sig_mesh, only: mesh_t
+  use sig_mesh_checks, only: nodes_of_boundary
   use sig_rigid_motions, only: rigid_motions_t
   use sig_solver_costs, only: problem_size_t
   use sig_solver_plan, only: solver_plan_t
@@ -22,7 +25,7 @@ module sig_problem
   use sig_text, only: string_t
   implicit none(type, external)
   private
-  public :: problem_t, body_at, strains_at, surface_of_side, parameter_names, parameter_units
+  public :: problem_t, body_at, named_nodes, strains_at, surface_of_side, parameter_names, parameter_units
 
   !> The full-order problem.
   type :: problem_t
@@ -64,6 +67,8 @@ module sig_problem
     type(solver_plan_t) :: plan
     !> what the costs of solvers depend on
     type(problem_size_t) :: sizes
+    !> what an elimination for W gives beside it, and where it is kept
+    type(elimination_plan_t) :: elimination
     !> whether the multipliers are at the second surface of each contact entry, shape (size(deck%contact))
     logical, allocatable :: is_swapped(:)
     !> sentences about surfaces whose nodes do not match, and about directions
@@ -97,6 +102,25 @@ contains
 
     remembers = self%laws%remembers() .or. self%flow%is_there()
   end function remembers
+
+  !> Returns which nodes belong to the boundaries whose exact displacements the deck wants (reduction.displacement). That the mesh
+  !> has these boundaries was checked before.
+  function named_nodes(problem) result(is_named)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_nodes)
+    logical :: is_named(problem%mesh%n_nodes)
+    type(error_t), allocatable :: error
+    integer, allocatable :: nodes(:)
+    integer :: i
+
+    is_named = .false.
+    associate (boundaries => problem%deck%reduction%displacement%boundaries)
+      do i = 1, size(boundaries)
+        call nodes_of_boundary(problem%mesh, boundaries(i), problem%deck%path, nodes, error)
+        if (.not. allocated(error)) is_named(nodes) = .true.
+      end do
+    end associate
+  end function named_nodes
 
   !> Returns the bodies with their elastic constants at a point. Requires: check_points accepted the point.
   subroutine body_at(problem, point, body)

@@ -33,7 +33,7 @@ module sig_problem_loading
   use sig_nodal_field, only: nodal_field_t
   use sig_nodal_field_load, only: load_nodal_fields
   use sig_petsc_support, only: has_multigrid_vi, memory_of_ranks, rank_and_size
-  use sig_problem, only: parameter_names, problem_t, surface_of_side
+  use sig_problem, only: named_nodes, parameter_names, problem_t, surface_of_side
   use sig_rigid_motions, only: create_free_motions, create_rigid_motions, rigid_motions_t
   use sig_rounding, only: rounding_of_data
   use sig_slipping_motions, only: turn_normals
@@ -91,6 +91,8 @@ contains
       PetscCall(plan_solving(problem, comm, error, ierr))
       if (allocated(error)) exit work
       problem%provenance = hash_of_text(echo_physics(deck) // problem%mesh%file_hash // field_hashes(fields))
+      problem%elimination%provenance = problem%provenance
+      problem%elimination%path = deck%output%path // '/compliance.h5'
     end block work
   end subroutine load_problem
 
@@ -260,8 +262,9 @@ contains
     type(problem_t), intent(inout) :: problem
     MPI_Comm, intent(in) :: comm
     PetscErrorCode, intent(out) :: ierr
-    type(factor_size_t) :: factor, bordered
-    integer :: rank
+    type(factor_size_t) :: factor, bordered(2)
+    integer, allocatable :: named(:)
+    integer :: i, rank
 
     associate (sizes => problem%sizes, mesh => problem%mesh, rows => problem%force_rows)
       sizes%n_dim = mesh%n_dim
@@ -278,14 +281,22 @@ contains
       PetscCall(rank_and_size(comm, rank, sizes%n_ranks, ierr))
       PetscCall(memory_of_ranks(comm, sizes%memory, ierr))
       sizes%memory = share_of_memory * sizes%memory
-      ! a row has all components of each of its nodes
-      call measure_factor(mesh, rows%offsets/mesh%n_dim, rows%dofs(mesh%n_dim::mesh%n_dim) / mesh%n_dim, &
-        sizes%stiffness_entries, factor, bordered)
+      named = pack([(i, i=1, sizes%n_dofs)], .not. problem%boundary%is_prescribed .and. &
+        pack(spread(named_nodes(problem), 1, mesh%n_dim), .true.))
+      sizes%n_named_dofs = size(named)
+      ! a row has all components of each of its nodes; a named dof is a row of its own
+      associate (offsets => rows%offsets/mesh%n_dim, nodes => rows%dofs(mesh%n_dim::mesh%n_dim) / mesh%n_dim)
+        call measure_factor(mesh, [offsets, (size(nodes) + i, i=1, size(named))], [nodes, (named - 1) / mesh%n_dim + 1], &
+          rows%n_rows + [0, size(named)], sizes%stiffness_entries, factor, bordered)
+      end associate
       sizes%factor_entries = factor%entries
       sizes%factor_operations = factor%operations
-      sizes%elimination_entries = bordered%entries
-      sizes%elimination_operations = bordered%operations
-      sizes%largest_front = bordered%largest_column
+      sizes%elimination_entries = bordered(1)%entries
+      sizes%elimination_operations = bordered(1)%operations
+      sizes%largest_front = bordered(1)%largest_column
+      sizes%named_entries = bordered(2)%entries
+      sizes%named_operations = bordered(2)%operations
+      sizes%named_front = bordered(2)%largest_column
       if (problem%flow%is_there()) call measure_flow(problem, sizes)
     end associate
   end subroutine measure_problem

@@ -25,15 +25,11 @@ static void count_columns(int n, const int *offsets, const int *neighbors, const
   }
 }
 
-/* Counts how many rows below the matrix each column of its factor reaches: a row is on the paths from its vertices up
- * the elimination tree. */
-static void count_border(int n, int n_rows, const int *row_offsets, const int *row_vertices, const idx_t *place_of,
+/* Counts how many of the rows first ... last - 1 below the matrix each column of its factor reaches, and adds them to
+ * border: a row is on the paths from its vertices up the elimination tree. */
+static void count_border(int first, int last, const int *row_offsets, const int *row_vertices, const idx_t *place_of,
                          const int *parent, int *mark, int *border) {
-  for (int i = 0; i < n; i++) {
-    mark[i] = -1;
-    border[i] = 0;
-  }
-  for (int row = 0; row < n_rows; row++)
+  for (int row = first; row < last; row++)
     for (int k = row_offsets[row]; k < row_offsets[row + 1]; k++)
       for (int j = place_of[row_vertices[k]]; j >= 0 && mark[j] != row; j = parent[j]) {
         mark[j] = row;
@@ -53,8 +49,8 @@ static void add_up(int n, int n_dim, const int *count, const int *border, sig_fa
     }
 }
 
-int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, int n_dim, int seed, int n_rows,
-                     const int *row_offsets, const int *row_vertices, sig_factor_size_t *factor,
+int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, int n_dim, int seed, int n_borders,
+                     const int *n_rows, const int *row_offsets, const int *row_vertices, sig_factor_size_t *factor,
                      sig_factor_size_t *bordered) {
   idx_t options[METIS_NOPTIONS];
   idx_t n = n_vertices;
@@ -72,8 +68,14 @@ int sig_count_factor(int n_vertices, const int *offsets, const int *neighbors, i
   if (status == METIS_OK) {
     count_columns(n_vertices, offsets, neighbors, vertex_at, place_of, parent, mark, count);
     add_up(n_vertices, n_dim, count, NULL, factor);
-    count_border(n_vertices, n_rows, row_offsets, row_vertices, place_of, parent, mark, border);
-    add_up(n_vertices, n_dim, count, border, bordered);
+    for (int i = 0; i < n_vertices; i++) {
+      mark[i] = -1;
+      border[i] = 0;
+    }
+    for (int k = 0; k < n_borders; k++) {
+      count_border(k == 0 ? 0 : n_rows[k - 1], n_rows[k], row_offsets, row_vertices, place_of, parent, mark, border);
+      add_up(n_vertices, n_dim, count, border, &bordered[k]);
+    }
   }
   free(work);
   return status == METIS_OK ? 0 : 1;

@@ -22,39 +22,42 @@ module sig_factor_size
 
   ! include/signorom/factor_size.h describes this procedure in C.
   interface
-    integer(c_int) function sig_count_factor(n_vertices, offsets, neighbors, n_dim, seed, n_rows, row_offsets, row_vertices, &
-      factor, bordered) bind(c)
+    integer(c_int) function sig_count_factor(n_vertices, offsets, neighbors, n_dim, seed, n_borders, n_rows, row_offsets, &
+      row_vertices, factor, bordered) bind(c)
       import :: c_int, factor_size_t
       integer(c_int), value :: n_vertices
       integer(c_int), intent(in) :: offsets(*), neighbors(*)
-      integer(c_int), value :: n_dim, seed, n_rows
-      integer(c_int), intent(in) :: row_offsets(*), row_vertices(*)
-      type(factor_size_t), intent(out) :: factor, bordered
+      integer(c_int), value :: n_dim, seed, n_borders
+      integer(c_int), intent(in) :: n_rows(*), row_offsets(*), row_vertices(*)
+      type(factor_size_t), intent(out) :: factor
+      type(factor_size_t), intent(inout) :: bordered(*)
     end function sig_count_factor
   end interface
 
 contains
 
   !> Counts the entries of K without contact, and measures its Cholesky factor, with the unknowns ordered by nested dissection:
-  !> alone, and bordered by rows that stay. In space METIS orders the nodes and the factor is counted. In the plane, where this
-  !> would take as long as the factorization, formulas give it.
-  subroutine measure_factor(mesh, row_offsets, row_nodes, stiffness_entries, factor, bordered)
+  !> alone, and bordered by the first rows of some that stay. In space METIS orders the nodes and the factor is counted. In the
+  !> plane, where this would take as long as the factorization, formulas give it.
+  subroutine measure_factor(mesh, row_offsets, row_nodes, n_rows, stiffness_entries, factor, bordered)
     type(mesh_t), intent(in) :: mesh
     !> nodes of the rows: those of row k are row_nodes(row_offsets(k) + 1:row_offsets(k + 1)), 1-based
     integer, intent(in) :: row_offsets(:)
     integer, intent(in) :: row_nodes(:)
+    !> by how many of the rows the factor is bordered, ascending
+    integer, intent(in) :: n_rows(:)
     real(rk), intent(out) :: stiffness_entries
     type(factor_size_t), intent(out) :: factor
-    type(factor_size_t), intent(out) :: bordered
+    !> shape of n_rows
+    type(factor_size_t), intent(out) :: bordered(:)
     integer, allocatable :: offsets(:), neighbors(:)
-    integer :: i, n_rows
+    integer :: i
 
-    n_rows = size(row_offsets) - 1
     call node_graph(mesh, [(i, i=1, mesh%n_nodes)], mesh%n_nodes, offsets, neighbors)
     stiffness_entries = real(mesh%n_dim, rk)**2 * (real(size(neighbors), rk) + mesh%n_nodes)
     if (mesh%n_dim == 3) then
-      if (sig_count_factor(mesh%n_nodes, offsets, neighbors - 1, mesh%n_dim, seed, n_rows, row_offsets, row_nodes - 1, factor, &
-                           bordered) == 0) return
+      if (sig_count_factor(mesh%n_nodes, offsets, neighbors - 1, mesh%n_dim, seed, size(n_rows), n_rows, row_offsets, &
+                           row_nodes - 1, factor, bordered) == 0) return
     end if
     ! in the plane, or without memory for METIS
     factor = compact_factor(mesh%n_dim, mesh%n_dim * mesh%n_nodes)
@@ -78,7 +81,7 @@ contains
 
   !> Adds rows to the factor of a compact part: each reaches the columns on its way up the tree, which are about as many as the
   !> largest column has entries, twice; the rows of the last ones are all there.
-  pure type(factor_size_t) function with_border(factor, n_rows) result(bordered)
+  elemental type(factor_size_t) function with_border(factor, n_rows) result(bordered)
     type(factor_size_t), intent(in) :: factor
     integer, intent(in) :: n_rows
 

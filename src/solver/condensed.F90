@@ -17,12 +17,14 @@
 !> [C, N; -N', 0], and the complementary values of w_T are the forces of the anchors, Z_T' F - N' lambda. Openings of anchors and
 !> their forces are scaled by a compliance, so that all unknowns are forces.
 module sig_condensed
+  use sig_clock, only: wall_time
   use sig_contact_responses, only: anchor_forces, close_rows, columns_at_once, measure_work, solve_columns, solve_forces
   use sig_contact_solver, only: contact_solver_t
   use sig_contact_state, only: contact_state_t
   use sig_contact_system, only: contact_system_t
   use sig_divided_solver, only: both_parts, changing_part, divided_solver_t, staying_part
   use sig_elimination, only: eliminate_displacements
+  use sig_elimination_plan, only: elimination_plan_t
   use sig_free_response, only: factor_without_contact, solve_free_response, solve_lifting
   use sig_friction_histories, only: solve_history
   use sig_friction_steps, only: friction_steps_t
@@ -31,8 +33,9 @@ module sig_condensed
   use sig_lcp, only: lcp_solution_t, lcp_workspace_t, solve_lcp
   use sig_lcp_rounding, only: drop_rounding, lcp_sizes_t
   use sig_linear_algebra, only: add_product, transposed_product
+  use sig_log, only: log_warning
   use sig_memory, only: machine_memory
-  use sig_petsc_support, only: max_over_ranks, multiply_block, precondition_failed, rank_and_size, sum_over_ranks
+  use sig_petsc_support, only: broadcast_columns, max_over_ranks, multiply_block, precondition_failed, rank_and_size, sum_over_ranks
   use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_linear_solver, reason_no_complementary_solution, reason_pulled_off, reason_ray
   use sig_rounding, only: rounding
@@ -72,6 +75,11 @@ module sig_condensed
     real(rk), allocatable :: remembered(:)
     !> the same after the last history that was solved; not allocated where no contact has friction or is tied
     real(rk), allocatable :: latest(:)
+    !> of W, where H is not kept
+    type(elimination_plan_t) :: elimination
+    !> [length/force] rows of H of the dofs of `elimination`, shape (size(dofs), n_rows); replicated. Not allocated where W
+    !> was not eliminated
+    real(rk), allocatable :: dof_response(:, :)
     !> [length/force] H where it is kept, rows of this rank, shape (n_local_dofs, n_rows); the column of an anchor is minus the
     !> displacement for its scaled opening
     real(rk), allocatable, private :: contact_response(:, :)
@@ -86,6 +94,7 @@ module sig_condensed
     procedure :: renew
     procedure :: respond
     procedure :: respond_to_rows
+    procedure :: n_columns_at_once
     procedure :: hang_bodies
     procedure :: solve
     procedure :: n_points_at_once
@@ -112,6 +121,7 @@ contains
     PetscErrorCode, intent(out) :: ierr
 
     PetscCall(self%destroy(ierr))
+    call self%elimination%complete()
     self%linear_solver%is_multigrid = self%is_multigrid .and. .not. allocated(self%changing_dofs)
     if (allocated(self%changing_dofs)) &
       call self%linear_solver%divide(system%comm, self%changing_dofs(system%map%local_dofs))
@@ -192,7 +202,8 @@ contains
     self%reason = reason_converged
   end subroutine make_compliance
 
-  !> Computes W before the anchors are closed, without columns of H. Sets self%reason. Collective.
+  !> Computes W before the anchors are closed, and the rows of H that are wanted, without columns of H. Sets self%reason.
+  !> Collective.
   subroutine eliminate_compliance(self, system, ierr)
     class(condensed_t), intent(inout) :: self
     type(contact_system_t), intent(in) :: system
@@ -200,14 +211,53 @@ contains
     real(rk), allocatable :: of_anchors(:, :)
 
     if (.not. allocated(self%compliance)) allocate (self%compliance(system%rows%n_rows, system%rows%n_rows))
-    PetscCall(eliminate_displacements(system, self%compliance, self%reason, ierr))
+    if (allocated(self%dof_response)) deallocate (self%dof_response)
+    allocate (self%dof_response(size(self%elimination%dofs), system%rows%n_rows))
+    PetscCall(find_compliance(self, system, ierr))
+    if (self%reason /= reason_converged) then
+      deallocate (self%dof_response)
+      return
+    end if
     associate (anchors => self%anchors)
       if (size(anchors%rows) == 0) return
       ! B K^-1 (B' - B_T' N')
       of_anchors = self%compliance(:, anchors%rows)
       call add_product(-1.0_rk, of_anchors, transpose(anchors%closing), self%compliance)
+      of_anchors = self%dof_response(:, anchors%rows)
+      call add_product(-1.0_rk, of_anchors, transpose(anchors%closing), self%dof_response)
     end associate
   end subroutine eliminate_compliance
+
+  !> Reads B K^-1 B' and the responses of the wanted dofs from the file that keeps them, or eliminates the displacements and writes
+  !> this file. Sets self%reason. Collective.
+  subroutine find_compliance(self, system, ierr)
+    class(condensed_t), intent(inout) :: self
+    type(contact_system_t), intent(in) :: system
+    PetscErrorCode, intent(out) :: ierr
+    logical :: is_there
+    integer :: n_ranks, rank
+    real(rk) :: found, start
+
+    PetscCall(rank_and_size(system%comm, rank, n_ranks, ierr))
+    is_there = .false.
+    if (rank == 0) call self%elimination%read_kept(self%compliance, self%dof_response, is_there)
+    found = merge(1, 0, is_there)
+    PetscCall(max_over_ranks(system%comm, found, ierr))
+    if (found > 0) then
+      self%reason = reason_converged
+      PetscCall(broadcast_columns(self%compliance, system%comm, ierr))
+      PetscCall(broadcast_columns(self%dof_response, system%comm, ierr))
+      return
+    end if
+    call self%elimination%announce()
+    start = wall_time()
+    PetscCall(eliminate_displacements(system, self%elimination%dofs, self%compliance, self%dof_response, self%reason, ierr))
+    if (self%reason /= reason_converged) return
+    call self%elimination%tell(wall_time() - start)
+    ! of several groups of ranks the first one keeps its result
+    PetscCall(rank_and_size(PETSC_COMM_WORLD, rank, n_ranks, ierr))
+    if (rank == 0) call self%elimination%keep(self%compliance, self%dof_response)
+  end subroutine find_compliance
 
   !> Allocates H if it is to be kept (memory_share). Collective, because ranks may be on different machines.
   subroutine make_room(self, system, ierr)
@@ -294,15 +344,19 @@ contains
       self%compliance = self%compliance - matmul(reach, closed)
       self%scale = sum([(abs(self%compliance(i, i)), i=1, size(self%compliance, 1))]) / size(self%compliance, 1)
       if (self%scale <= 0) self%scale = 1
-      call move_bodies(self, system, opening, self%free_response)
+      call move_bodies(self, system, opening, system%map%local_dofs, self%free_response)
+      closed = -closed
+      closed(:, rows) = 0
+      do i = 1, size(rows)
+        closed(i, rows(i)) = self%scale
+      end do
       if (allocated(self%contact_response)) then
         self%contact_response(:, rows) = 0
-        closed = -closed
-        closed(:, rows) = 0
-        do i = 1, size(rows)
-          closed(i, rows(i)) = self%scale
-        end do
-        call move_bodies(self, system, closed, self%contact_response)
+        call move_bodies(self, system, closed, system%map%local_dofs, self%contact_response)
+      end if
+      if (allocated(self%dof_response)) then
+        self%dof_response(:, rows) = 0
+        call move_bodies(self, system, closed, self%elimination%dofs, self%dof_response)
       end if
       self%compliance(:, rows) = self%scale * reach
       self%compliance(rows, :) = -self%scale * transpose(reach)
@@ -312,19 +366,21 @@ contains
   end subroutine close_anchors
 
   !> Adds the displacements by which each anchor closes by a given distance and no other anchor moves. Local.
-  subroutine move_bodies(self, system, distances, columns)
+  subroutine move_bodies(self, system, distances, dofs, columns)
     class(condensed_t), intent(in) :: self
     type(contact_system_t), intent(in) :: system
     !> [length] shape (n_anchors, n_columns)
     real(rk), intent(in) :: distances(:, :)
-    !> [length] rows of this rank, shape (n_local_dofs, n_columns)
+    !> dofs of the rows of `columns`, natural
+    integer, intent(in) :: dofs(:)
+    !> [length] shape (size(dofs), n_columns)
     real(rk), intent(inout) :: columns(:, :)
     real(rk), allocatable :: motion(:)
     integer :: i, k
 
     do i = 1, size(distances, 1)
       motion = system%motions%field(self%anchors%amplitudes(:, i))
-      motion = motion(system%map%local_dofs)
+      motion = motion(dofs)
       do k = 1, size(columns, 2)
         columns(:, k) = columns(:, k) + distances(i, k) * motion
       end do
@@ -345,7 +401,7 @@ contains
     associate (rows => self%anchors%rows)
       if (size(rows) == 0) return
       PetscCall(close_rows(system, columns, closing, ierr))
-      call move_bodies(self, system, -closing(rows, :), columns)
+      call move_bodies(self, system, -closing(rows, :), system%map%local_dofs, columns)
     end associate
   end subroutine hang_bodies
 
@@ -371,13 +427,23 @@ contains
       forces = unknowns
       forces(rows, :) = 0
       PetscCall(solve_forces(system, self%anchors, self%linear_solver, forces, response, ierr))
+      if (self%linear_solver%reason /= reason_converged) call log_warning('conjugate gradients found no displacement under ' // &
+        'contact forces: those of the model, or of this point, are of no use')
       if (size(rows) == 0) return
       PetscCall(close_rows(system, response, closing, ierr))
-      call move_bodies(self, system, self%scale * unknowns(rows, :) - closing(rows, :), response)
+      call move_bodies(self, system, self%scale * unknowns(rows, :) - closing(rows, :), system%map%local_dofs, response)
     end associate
   end subroutine respond
 
-  !> Returns the columns of H that belong to some rows of B. These should come in blocks of columns_at_once, so that the solves are
+  !> Returns how many displacements respond should compute at once: one where multigrid solves, which gains nothing with more, so
+  !> that progress is told after each.
+  pure integer function n_columns_at_once(self) result(n)
+    class(condensed_t), intent(in) :: self
+
+    n = merge(1, columns_at_once, self%linear_solver%is_multigrid)
+  end function n_columns_at_once
+
+  !> Returns the columns of H that belong to some rows of B. These should come in blocks of n_columns_at_once, so that solves are
   !> fast where H is not kept. Requires: create has succeeded. Collective.
   subroutine respond_to_rows(self, system, chosen, columns, ierr)
     class(condensed_t), intent(inout) :: self
@@ -637,6 +703,7 @@ contains
     if (allocated(self%compliance)) deallocate (self%compliance)
     if (allocated(self%staying_compliance)) deallocate (self%staying_compliance)
     if (allocated(self%contact_response)) deallocate (self%contact_response)
+    if (allocated(self%dof_response)) deallocate (self%dof_response)
     PetscCall(self%linear_solver%destroy(ierr))
   end subroutine destroy
 end module sig_condensed

@@ -9,11 +9,15 @@ module sig_free_response
   use sig_linear_algebra, only: unit_vector
   use sig_linear_interpolant, only: set_linear_interpolant
   use sig_linear_solver, only: constrain, linear_solver_t, set_near_null_space
+  use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged, reason_floating_body
   use petsc
   implicit none(type, external)
   private
   public :: compute_lifting, factor_without_contact, held_dofs, respond, solve_free_response, solve_lifting
+
+  !> [s] progress is told only if responses take longer
+  real(rk), parameter :: seconds_of_silence = 3
 
 contains
 
@@ -62,7 +66,7 @@ contains
 
   !> Computes the displacements under forces, with the held dofs at 0, and without idle motions. Sets the reason of the linear
   !> solver: if it is not reason_converged, response is of no use. Collective.
-  subroutine respond(system, linear_solver, forces, response, ierr)
+  subroutine respond(system, linear_solver, forces, response, ierr, label)
     type(contact_system_t), intent(in) :: system
     !> solver from factor_without_contact
     class(linear_solver_t), intent(inout) :: linear_solver
@@ -71,10 +75,37 @@ contains
     !> [length] rows of this rank, same shape
     real(rk), contiguous, intent(inout) :: response(:, :)
     PetscErrorCode, intent(out) :: ierr
+    !> name of the work, for progress where multigrid solves; default: nothing is told
+    character(*), intent(in), optional :: label
 
-    PetscCall(linear_solver%solve_many(forces, response, ierr))
+    if (linear_solver%is_multigrid .and. present(label)) then
+      PetscCall(solve_in_turn(linear_solver, forces, label, response, ierr))
+    else
+      PetscCall(linear_solver%solve_many(forces, response, ierr))
+    end if
     PetscCall(system%leave_out_idle(response, ierr))
   end subroutine respond
+
+  !> Solves for one column after the other and tells progress. Ends where a column fails. Collective.
+  subroutine solve_in_turn(linear_solver, forces, label, response, ierr)
+    class(linear_solver_t), intent(inout) :: linear_solver
+    !> as in respond
+    real(rk), contiguous, intent(in) :: forces(:, :)
+    character(*), intent(in) :: label
+    real(rk), contiguous, intent(inout) :: response(:, :)
+    PetscErrorCode, intent(out) :: ierr
+    type(progress_t) :: progress
+    integer :: i
+
+    ierr = 0
+    call progress%start(label, size(forces, 2), seconds_of_silence)
+    do i = 1, size(forces, 2)
+      PetscCall(linear_solver%solve_many(forces(:, i:i), response(:, i:i), ierr))
+      if (linear_solver%reason /= reason_converged) exit
+      call progress%advance(i)
+    end do
+    call progress%finish()
+  end subroutine solve_in_turn
 
   !> Computes the displacement without contact under each of the leading terms alone, prescribed values included. Forces of the
   !> anchors balance the loads of bodies that only contact holds. Sets the reason of the linear solver: if it is not
@@ -108,7 +139,7 @@ contains
         if (present(anchors)) forces = forces + balanced_load(system, anchors, unit_vector(n_all, i_term))
         rhs(:, i_term) = merge(0.0_rk, forces(local), is_held(local))
       end do
-      PetscCall(respond(system, linear_solver, rhs, response, ierr))
+      PetscCall(respond(system, linear_solver, rhs, response, ierr, 'responses to loads'))
       do i_term = 1, n_terms
         if (.not. has_prescribed_values(system, i_term)) cycle
         prescribed = system%prescribed_displacement(unit_vector(n_all, i_term))

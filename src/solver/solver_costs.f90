@@ -46,6 +46,14 @@ module sig_solver_costs
     real(rk) :: elimination_entries = 0
     real(rk) :: elimination_operations = 0
     real(rk) :: largest_front = 0
+    !> number of free dofs of the boundaries whose exact displacements the deck wants, and the same three figures of an elimination
+    !> that keeps them beside the contacts
+    integer :: n_named_dofs = 0
+    real(rk) :: named_entries = 0
+    real(rk) :: named_operations = 0
+    real(rk) :: named_front = 0
+    !> whether the elimination is this one
+    logical :: keeps_named_dofs = .false.
     !> number of integration points of materials that flow
     integer :: n_flow_points = 0
     !> of the bodies where materials flow, as above: dofs, multipliers that press on them, factor
@@ -151,13 +159,18 @@ contains
     cost%bytes = 8.0_rk * sizes%n_dofs * n_columns
   end function solves_cost
 
-  !> Returns the cost of W by elimination.
+  !> Returns the cost of W by elimination, with keeps_named_dofs also of the responses of the named dofs.
   pure type(cost_t) function elimination_cost(sizes) result(cost)
     type(problem_size_t), intent(in) :: sizes
+    real(rk) :: entries, operations, front
 
-    cost%seconds = (analysis * sizes%n_dofs + per_factor_entry * sizes%elimination_entries + &
-      per_operation * sizes%elimination_operations) / factor_gain(sizes)
-    cost%bytes = front_bytes * sizes%largest_front**2 + stiffness_bytes * sizes%stiffness_entries
+    entries = merge(sizes%named_entries, sizes%elimination_entries, sizes%keeps_named_dofs)
+    operations = merge(sizes%named_operations, sizes%elimination_operations, sizes%keeps_named_dofs)
+    front = merge(sizes%named_front, sizes%largest_front, sizes%keeps_named_dofs)
+    cost%seconds = (analysis * sizes%n_dofs + per_factor_entry * entries + per_operation * operations) / factor_gain(sizes)
+    cost%bytes = front_bytes * front**2 + stiffness_bytes * sizes%stiffness_entries
+    ! what is left, of contacts and dofs together
+    if (sizes%keeps_named_dofs) cost%bytes = cost%bytes + 8 * (real(sizes%n_multipliers, rk) + sizes%n_named_dofs)**2
   end function elimination_cost
 
   !> Returns the cost of the condensed solver at no point yet, with W on every rank. With factors: a factorization, which it keeps,

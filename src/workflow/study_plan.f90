@@ -3,7 +3,7 @@
 !> response to each multiplier, so a solver that has them may serve all points. Predicts what each stage takes.
 module sig_study_plan
   use sig_condensed_plan, only: choose_model_kind, displacement_plan_t, inelastic_model_size, inelastic_training_size, law_place, &
-    model_size, most_references, number_size, plan_displacements, room_of
+    model_size, most_references, number_size, plan_displacements, room_of, usual_modes
   use sig_deck_config, only: deck_config_t, point_set_config_t, value_config_t
   use sig_errors, only: error_t, make_error
   use sig_kinds, only: rk
@@ -15,10 +15,10 @@ module sig_study_plan
   use sig_solver_costs, only: comparison_cost, condensed_cost, cost_t, multigrid_cost, operator(+), point_cost, &
     problem_size_t, solves_cost, steps_cost, times
   use sig_solver_plan, only: make_solver_plan, sweep_cost
-  use sig_text, only: append_text, counted, string_t, to_text
+  use sig_text, only: append_text, counted, join, string_t, to_text
   implicit none(type, external)
   private
-  public :: check_training_memory, plan_study, stage_lines
+  public :: check_training_memory, forget_training, plan_study, stage_lines
 
 contains
 
@@ -34,6 +34,7 @@ contains
     if (.not. problem%has_fixed_stiffness .or. n_training + n_test == 0) return
     call choose_model_kind(problem, kind, reason)
     problem%sizes%needs_responses = kind == 'condensed' .and. problem%deck%has_training
+    if (problem%sizes%needs_responses) call plan_boundaries(problem)
     problem%sizes%n_points = n_training + n_test
     ! the deck's own choice has been accepted when the problem was loaded
     call make_solver_plan(problem%deck%solver, problem%sizes, problem%plan, message)
@@ -41,6 +42,30 @@ contains
     if (problem%deck%training%n_groups == 0) problem%deck%training%n_groups = 1
     if (problem%deck%test%n_groups == 0) problem%deck%test%n_groups = 1
   end subroutine plan_study
+
+  !> Lets the elimination for W give the displacements of the boundaries that the deck names, too, if it has room for them. A note
+  !> or a warning says so.
+  subroutine plan_boundaries(problem)
+    type(problem_t), intent(inout) :: problem
+    type(displacement_plan_t) :: displacements
+
+    displacements = plan_displacements(problem)
+    if (displacements%misses /= '') call append_text(problem%warnings, displacements%misses)
+    if (.not. displacements%is_eliminated) return
+    problem%sizes%keeps_named_dofs = .true.
+    problem%elimination%dofs = displacements%exact_dofs
+    call append_text(problem%notes, 'exact displacements of ' // join(displacements%boundaries, ', ') // ' come with the ' // &
+      'elimination of the others: ' // to_text(problem%sizes%n_named_dofs) // ' dofs stay beside ' // &
+      counted(problem%sizes%n_multipliers, 'contact force'))
+  end subroutine plan_boundaries
+
+  !> Leaves out what only the training of a model needs from the solvers, for stages behind it.
+  subroutine forget_training(problem)
+    type(problem_t), intent(inout) :: problem
+
+    problem%sizes%keeps_named_dofs = .false.
+    problem%elimination%dofs = [integer ::]
+  end subroutine forget_training
 
   !> Counts the points that sampling solves (a greedy selection at most, candidates of clusters, too) and the test points. Sets that
   !> cannot be read count 0.
@@ -202,8 +227,6 @@ contains
     type(problem_t), intent(in) :: problem
     !> [s] for each number of the responses
     real(rk), parameter :: per_compressed_number = 3.0e-7_rk
-    !> number of modes of displacements where multigrid solves
-    integer, parameter :: usual_modes = 100
     type(displacement_plan_t) :: displacements
     type(cost_t) :: responses
 

@@ -7,11 +7,12 @@ module sig_condensed_plan
   use sig_flowing_cells, only: dofs_of_flowing_bodies
   use sig_kinds, only: rk
   use sig_elasticity, only: n_stresses
-  use sig_mesh_checks, only: nodes_of_boundary
+  use sig_memory, only: memory_text
   use sig_point_choice, only: most_rows
-  use sig_problem, only: problem_t
+  use sig_problem, only: named_nodes, problem_t
+  use sig_solver_costs, only: condensed_cost, cost_t, problem_size_t
   use sig_strain_force, only: has_numbers
-  use sig_text, only: short_number, string_t
+  use sig_text, only: counted, join, short_number, string_t, to_text
   implicit none(type, external)
   private
   public :: check_flow, check_friction, choose_model_kind, displacement_plan_t, needs_displacements, plan_displacements
@@ -25,8 +26,12 @@ module sig_condensed_plan
     !> dofs with exact displacements, natural (order of the mesh file), ascending: all, none, or those of the named boundaries;
     !> with type auto all or none (keeps_all_dofs)
     integer, allocatable :: exact_dofs(:)
-    !> boundaries that the deck names
+    !> boundaries that the deck names, unless `misses` says why they are not exact
     type(string_t), allocatable :: boundaries(:)
+    !> whether the responses of the exact dofs come from the elimination that makes W
+    logical :: is_eliminated = .false.
+    !> why modes answer the boundaries that the deck names, too, as a sentence; empty where they are exact
+    character(:), allocatable :: misses
     !> the displacements of the other dofs are answered by modes, or from compressed responses
     logical :: has_modes = .false.
   end type displacement_plan_t
@@ -34,6 +39,8 @@ module sig_condensed_plan
   !> [MB] responses of all nodes, and strains at all points that correct, are kept as they are up to this size; compression would
   !> gain little
   real(rk), parameter, public :: small_size = 64
+  !> usual number of modes of displacements where multigrid solves for them
+  integer, parameter, public :: usual_modes = 100
   !> largest number of references, which have a pivot transform each; more make queries hardly faster
   integer, parameter :: most_references = 32
   !> largest numbers of inelastic modes, and of main directions of the stresses of inelastic strains that count in training
@@ -366,21 +373,25 @@ contains
   end function fields_size
 
   !> Whether a model keeps the responses of all dofs as they are: where elastic constants vary (n_nodes is given), if they fit; else
-  !> if they fit and are small, or the deck wants no error (reduction.displacement_tolerance: 0).
+  !> if they fit and are small, or the deck wants no error (reduction.displacement_tolerance: 0). Where multigrid solves for them,
+  !> they are kept if that takes no more solutions than modes do.
   pure logical function keeps_all_dofs(problem, n_nodes)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
     real(rk), intent(in), optional :: n_nodes
+    logical :: is_cheap
 
     keeps_all_dofs = all_dofs_fit(problem, n_nodes)
     if (present(n_nodes)) return
-    keeps_all_dofs = keeps_all_dofs .and. (fields_size(problem) <= small_size .or. &
-                                           .not. problem%deck%reduction%displacement_tolerance > 0)
+    is_cheap = fields_size(problem) <= small_size .and. &
+      (problem%plan%may_factor .or. problem%force_rows%n_rows <= usual_modes)
+    keeps_all_dofs = keeps_all_dofs .and. (is_cheap .or. .not. problem%deck%reduction%displacement_tolerance > 0)
   end function keeps_all_dofs
 
   !> Returns at which dofs a condensed model answers displacements exactly, and whether modes answer them at the others. This
   !> follows from reduction.displacement. With its type auto all dofs are exact where keeps_all_dofs; otherwise none is exact, and
-  !> there are modes or compressed responses.
+  !> there are modes or compressed responses. Without a factor the boundaries that the deck names are exact only where the
+  !> elimination of their dofs has room; otherwise there are modes.
   function plan_displacements(problem, n_nodes, has_error) result(plan)
     type(problem_t), intent(in) :: problem
     !> as in all_dofs_fit
@@ -395,33 +406,53 @@ contains
     keeps_all = keeps_all_dofs(problem, n_nodes)
     if (present(has_error)) keeps_all = keeps_all .and. &
       (has_error .or. .not. problem%deck%reduction%displacement_tolerance > 0)
+    plan%misses = ''
     associate (deck => problem%deck%reduction%displacement)
       is_exact = deck%type == 'auto' .and. keeps_all
       plan%has_modes = deck%type == 'auto' .and. .not. keeps_all
       allocate (plan%boundaries(size(deck%boundaries)))
       do i = 1, size(deck%boundaries)
         plan%boundaries(i)%text = deck%boundaries(i)%text
-        call mark_nodes(problem, i, is_exact)
       end do
+      is_exact = is_exact .or. named_nodes(problem)
       if (deck%type == 'boundaries') plan%has_modes = deck%elsewhere == 'modes'
     end associate
+    if (needs_elimination(problem)) call plan_boundaries(problem, is_exact, plan)
     n_dim = problem%mesh%n_dim
     plan%exact_dofs = pack([(i, i=1, n_dim * size(is_exact))], reshape(spread(is_exact, 1, n_dim), [n_dim * size(is_exact)]))
   end function plan_displacements
 
-  !> Marks the nodes of boundary i that the deck names. That the mesh has this boundary was checked before.
-  subroutine mark_nodes(problem, i, is_marked)
+  !> Whether the exact displacements of boundaries that the deck names come from an elimination: without a factor each contact would
+  !> take a solution by multigrid. Idle motions, which an elimination does not know, are left out of the solutions.
+  pure logical function needs_elimination(problem)
     type(problem_t), intent(in) :: problem
-    !> 1-based in reduction.displacement of the deck
-    integer, intent(in) :: i
-    !> shape (n_nodes); other marks stay
-    logical, intent(inout) :: is_marked(:)
-    type(error_t), allocatable :: error
-    integer, allocatable :: nodes(:)
 
-    call nodes_of_boundary(problem%mesh, problem%deck%reduction%displacement%boundaries(i), problem%deck%path, nodes, error)
-    if (.not. allocated(error)) is_marked(nodes) = .true.
-  end subroutine mark_nodes
+    needs_elimination = size(problem%deck%reduction%displacement%boundaries) > 0 .and. problem%sizes%n_named_dofs > 0 .and. &
+      problem%has_fixed_stiffness .and. .not. problem%flow%is_there() .and. .not. problem%plan%may_factor .and. &
+      problem%motions%idle%n == 0
+  end function needs_elimination
+
+  !> Decides whether the elimination of the named dofs beside the contacts has room; if not, takes modes instead.
+  subroutine plan_boundaries(problem, is_exact, plan)
+    type(problem_t), intent(in) :: problem
+    !> shape (n_nodes)
+    logical, intent(inout) :: is_exact(:)
+    type(displacement_plan_t), intent(inout) :: plan
+    type(problem_size_t) :: sizes
+    type(cost_t) :: cost
+
+    sizes = problem%sizes
+    sizes%keeps_named_dofs = .true.
+    cost = condensed_cost(sizes, 'gamg')
+    plan%is_eliminated = cost%bytes <= sizes%memory
+    if (plan%is_eliminated) return
+    plan%misses = 'displacements of ' // join(plan%boundaries, ', ') // ' are not exact, but by modes: to eliminate their ' // &
+      to_text(sizes%n_named_dofs) // ' dofs beside ' // counted(sizes%n_multipliers, 'contact force') // ' takes ' // &
+      memory_text(cost%bytes) // ', and there is room for ' // memory_text(sizes%memory)
+    plan%boundaries = plan%boundaries(:0)
+    plan%has_modes = .true.
+    is_exact = .false.
+  end subroutine plan_boundaries
 
   !> Whether training, or a greedy selection of its points, needs the displacements of the snapshots, or they are kept to compare
   !> with. False only if it is certain that the contact forces are enough.

@@ -9,7 +9,6 @@ module sig_condensed_training
     why_not_condensed
   use sig_contact_field, only: contact_field_t
   use sig_contact_field_training, only: add_contact_field, measure_displacements
-  use sig_contact_responses, only: columns_at_once
   use sig_errors, only: error_t
   use sig_fixed_compliance, only: fixed_compliance_t
   use sig_full_order, only: full_order_t, team_t
@@ -19,6 +18,7 @@ module sig_condensed_training
   use sig_log, only: log_info, log_warning
   use sig_petsc_support, only: broadcast_columns, sum_over_ranks
   use sig_problem, only: problem_t
+  use sig_progress, only: progress_t
   use sig_reasons, only: reason_converged
   use sig_reduced, only: reduced_t
   use sig_reduced_kinds, only: fixed_of
@@ -30,6 +30,9 @@ module sig_condensed_training
   implicit none(type, external)
   private
   public :: condense_fallback, share_rows, train_condensed
+
+  !> [s] progress is told only if displacements take longer
+  real(rk), parameter :: seconds_of_silence = 3
 
 contains
 
@@ -205,7 +208,11 @@ contains
       data%exact_dofs = plan%exact_dofs
       data%exact_boundaries = plan%boundaries
       PetscCall(share_rows(team, condensed%free_response, size(condensed%free_response, 2), plan%exact_dofs, data%free_response, ierr))
-      PetscCall(share_contact_response(team, condensed, plan%exact_dofs, data%contact_response, ierr))
+      if (plan%is_eliminated) then
+        data%contact_response = condensed%dof_response
+      else
+        PetscCall(share_contact_response(team, condensed, plan%exact_dofs, data%contact_response, ierr))
+      end if
     end associate
     PetscCall(agree(fixed, ierr))
   end subroutine condense
@@ -219,21 +226,25 @@ contains
     !> [length/force] shape (size(dofs), n_multipliers)
     real(rk), allocatable, intent(out) :: rows(:, :)
     PetscErrorCode, intent(out) :: ierr
+    type(progress_t) :: progress
     real(rk), allocatable :: columns(:, :), shared(:, :)
     integer :: first, k, last
 
     ierr = 0
-    associate (system => team%solver%system)
+    associate (system => team%solver%system, n_at_once => condensed%n_columns_at_once())
       allocate (rows(size(dofs), system%rows%n_rows))
       if (size(dofs) == 0) return
-      do first = 1, size(rows, 2), columns_at_once
-        last = min(first + columns_at_once - 1, size(rows, 2))
+      call progress%start('displacements under contact forces', size(rows, 2), seconds_of_silence)
+      do first = 1, size(rows, 2), n_at_once
+        last = min(first + n_at_once - 1, size(rows, 2))
         allocate (columns(system%map%n_local_dofs, last - first + 1))
         PetscCall(condensed%respond_to_rows(system, [(k, k=first, last)], columns, ierr))
         PetscCall(share_rows(team, columns, size(columns, 2), dofs, shared, ierr))
         rows(:, first:last) = shared
         deallocate (columns)
+        call progress%advance(last)
       end do
+      call progress%finish()
     end associate
   end subroutine share_contact_response
 

@@ -18,8 +18,10 @@ module sig_contact_field_training
   use sig_log, only: log_info
   use sig_petsc_support, only: broadcast_columns
   use sig_problem, only: problem_t
+  use sig_progress, only: duration_text, progress_t
   use sig_reduced_kinds, only: fixed_of
   use sig_response_compression, only: choose_soft_combinations, compress_responses
+  use sig_solver_costs, only: cost_t, multigrid_cost, problem_size_t
   use sig_text, only: counted, short_number
   use sig_training_set, only: training_set_t
   use petsc
@@ -30,6 +32,8 @@ module sig_contact_field_training
   !> Modes are taken if they are at most this share of the contacts: compressed responses need about as much memory then.
   real(rk), parameter :: most_modes = 0.1_rk
   integer, parameter :: few_modes = 10
+  !> [s] progress is told only if the modes take longer
+  real(rk), parameter :: seconds_of_silence = 3
 
 contains
 
@@ -68,6 +72,7 @@ contains
       call choose_modes(states, fixed, tolerance, condensed%is_multigrid, combinations)
       has_few = allocated(combinations)
       if (.not. has_few) call choose_soft_combinations(full_order%problem, fixed, combinations)
+      if (condensed%is_multigrid) call announce_modes(full_order%problem%sizes, size(combinations, 2))
       PetscCall(make_modes(system, condensed, combinations, field, ierr))
       if (.not. has_few) then
         PetscCall(compress(full_order%problem, system, condensed, states, tolerance, fixed, ierr))
@@ -139,6 +144,17 @@ contains
     end do
   end function number_of_modes
 
+  !> Tells what a solution by multigrid for each mode will take.
+  subroutine announce_modes(sizes, n_modes)
+    type(problem_size_t), intent(in) :: sizes
+    integer, intent(in) :: n_modes
+    type(cost_t) :: cost
+
+    cost = multigrid_cost(sizes, n_modes, 1)
+    if (cost%seconds > seconds_of_silence) call log_info(counted(n_modes, 'mode') // ' of displacements, a solution by ' // &
+      'multigrid for each: about ' // duration_text(cost%seconds))
+  end subroutine announce_modes
+
   !> Sets modes and coordinates of the field. Without any mode there is one of zeros, so that the model keeps G of all dofs.
   !> Collective on all ranks.
   subroutine make_modes(system, condensed, combinations, field, ierr)
@@ -148,12 +164,20 @@ contains
     real(rk), intent(in) :: combinations(:, :)
     type(contact_field_t), intent(inout) :: field
     PetscErrorCode, intent(out) :: ierr
+    type(progress_t) :: progress
     real(rk), allocatable :: local(:, :), used(:, :)
+    integer :: first, last
 
     allocate (used(size(combinations, 1), max(1, size(combinations, 2))), source=0.0_rk)
     used(:, :size(combinations, 2)) = combinations
     allocate (local(system%map%n_local_dofs, size(used, 2)))
-    PetscCall(condensed%respond(system, used, local, ierr))
+    call progress%start('modes of displacements', size(used, 2), seconds_of_silence)
+    do first = 1, size(used, 2), condensed%n_columns_at_once()
+      last = min(first + condensed%n_columns_at_once() - 1, size(used, 2))
+      PetscCall(condensed%respond(system, used(:, first:last), local(:, first:last), ierr))
+      call progress%advance(last)
+    end do
+    call progress%finish()
     PetscCall(system%share_columns(local, size(local, 2), field%modes, ierr))
     PetscCall(broadcast_columns(field%modes, PETSC_COMM_WORLD, ierr))
     field%coordinates = transposed_product(used, condensed%compliance)
