@@ -1566,12 +1566,6 @@ PLANTED = [
         "forces of anchors add to an eliminated matrix of contacts",
     ),
     Planted(
-        SRC + "solver/elimination.F90",
-        "moving = pack([(i, i=1, size(dofs))], .not. is_held(dofs))",
-        "moving = [(i, i=1, size(dofs))]",
-        "held dofs get a displacement from an elimination",
-    ),
-    Planted(
         SRC + "solver/condensed.F90",
         "call add_product(-1.0_rk, of_anchors, transpose(anchors%closing), self%dof_response)",
         "call add_product(1.0_rk, of_anchors, transpose(anchors%closing), self%dof_response)",
