@@ -159,18 +159,28 @@ contains
   !> Returns z'(E'K E) z [force*length].
   pure real(rk) function energy_of_error(triangle, unknowns) result(energy)
     !> lower triangle of E'K E
-    real(sk), intent(in) :: triangle(:)
+    real(sk), contiguous, intent(in) :: triangle(:)
     !> z
-    real(rk), intent(in) :: unknowns(:)
-    integer :: at, i, n
+    real(rk), contiguous, intent(in) :: unknowns(:)
+    real(rk) :: values(size(unknowns)), beside
+    integer :: at(size(unknowns)), first, i, k, n
 
+    n = 0
+    do i = 1, size(unknowns)
+      if (.not. abs(unknowns(i)) > 0) cycle
+      n = n + 1
+      at(n) = i
+      values(n) = unknowns(i)
+    end do
     energy = 0
-    at = 0
-    n = size(unknowns)
-    do i = 1, n
-      if (abs(unknowns(i)) > 0) energy = energy + unknowns(i) * &
-        (triangle(at + 1) * unknowns(i) + 2 * sum(triangle(at + 2:at + n - i + 1) * unknowns(i + 1:)))
-      at = at + n - i + 1
+    do k = 1, n
+      ! place of the column's diagonal, less the row
+      first = (at(k) - 1) * size(unknowns) - (at(k) - 1) * at(k) / 2
+      beside = 0
+      do i = k + 1, n
+        beside = beside + triangle(first + at(i)) * values(i)
+      end do
+      energy = energy + values(k) * (triangle(first + at(k)) * values(k) + 2 * beside)
     end do
   end function energy_of_error
 

@@ -8,6 +8,7 @@ module sig_fixed_compliance
   use sig_answer, only: answer_t
   use sig_compliance, only: compliance_point_t, compliance_t, round_work
   use sig_contact_field, only: contact_field_t
+  use sig_dense_kernels, only: add_few_columns
   use sig_description_line, only: line
   use sig_errors, only: error_t
   use sig_gradient, only: gradient_t
@@ -447,14 +448,15 @@ contains
     real(rk), contiguous, intent(in) :: unknowns(:)
     real(rk), intent(in) :: energy
     type(compliance_point_t), intent(in) :: point
-    real(rk) :: square
-    integer :: i
+    real(rk) :: square, of_terms(size(self%free_energy, 1)), of_contacts(size(unknowns))
 
-    square = energy
-    do i = 1, size(self%free_energy, 2)
-      if (abs(theta(i)) > 0) square = square + theta(i) * (sum(self%free_energy(:, i) * theta(:size(self%free_energy, 1))) - &
-        2 * sum(self%shared_energy(:, i) * unknowns))
-    end do
+    of_terms = 0
+    of_contacts = 0
+    associate (loads => theta(:size(self%free_energy, 2)))
+      call add_few_columns(self%free_energy, loads, of_terms)
+      call add_few_columns(self%shared_energy, loads, of_contacts)
+      square = energy + dot_product(loads, of_terms) - 2 * dot_product(unknowns, of_contacts)
+    end associate
     size_of = sqrt(max(0.0_rk, square))
   end function size_of_field
 
