@@ -184,10 +184,15 @@ def test_killed_rounds_go_on(signorom, defect, tmp_path, n_ranks, n_ranks_after)
     """SIGKILL between rounds: the same selection, and the points of the table are not solved again."""
     deck = write_deck("shifted_disks", tmp_path, **DEFECT)
     results = tmp_path / "results" / "shifted_disks"
-    process = signorom.start("sample", deck.name, folder=tmp_path, n_ranks=n_ranks)
-    wait_until(lambda: n_rows(results) >= INITIAL + 4, process)
-    kill(process)
-    rows = n_rows(results)
+    # on a busy machine the rounds may all have ended before this process looks: then once more
+    for _ in range(5):
+        shutil.rmtree(results, ignore_errors=True)
+        process = signorom.start("sample", deck.name, folder=tmp_path, n_ranks=n_ranks)
+        wait_until(lambda: n_rows(results) > INITIAL, process)
+        kill(process)
+        rows = n_rows(results)
+        if rows < DEFECT_POINTS:
+            break
     assert rows < DEFECT_POINTS
     assert "stopped by" not in (results / "selection.csv").read_text()
     output = signorom("sample", deck.name, folder=tmp_path, n_ranks=n_ranks_after)

@@ -17,7 +17,7 @@ from runs import refuse, write_deck
 # numbers with a checksum.
 HEADER, SIZES = 72, slice(32, 64)
 # half of them take longer than the second after which records are written
-N_SWEEP = 4000
+N_SWEEP = 12000  # a half takes longer than the second after which records are flushed
 
 
 def read_shard(path):
@@ -88,9 +88,9 @@ def test_jobs_at_the_same_time(signorom, tmp_path, one_job):
     jobs = [start_share(signorom, deck, f"{k}/2", n_ranks=k) for k in (1, 2)]
     said = [finish(job) for job in jobs]
     assert [done.returncode for done in said] == [0, 0], [done.stderr for done in said]
-    assert f"sampled 2000 points ({n_kept} were there): share 1/2 in results/patch" in said[0].stdout
+    assert f"sampled {N_SWEEP // 2} points ({n_kept} were there): share 1/2 in results/patch" in said[0].stdout
     shares = points_of_shares(results, 2)
-    assert [len(points) for points in shares] == [2000, 2000]
+    assert [len(points) for points in shares] == [N_SWEEP // 2] * 2
     check_sorted_once(shares, one_job["parameters"])
     assert not (results / "snapshots.h5").exists()
     done = signorom.run("sample", deck.name, folder=tmp_path)
@@ -100,9 +100,8 @@ def test_jobs_at_the_same_time(signorom, tmp_path, one_job):
     check_same(read_snapshots(results / "snapshots.h5"), one_job)
     signorom("train", deck.name, folder=tmp_path)
     # a job of the array that comes late finds its points in the merged file
-    assert "sampled 2000 points (2000 were there): share 1/2" in signorom(
-        "sample", deck.name, "--share", "1/2", folder=tmp_path
-    )
+    late = signorom("sample", deck.name, "--share", "1/2", folder=tmp_path)
+    assert f"sampled {N_SWEEP // 2} points ({N_SWEEP // 2} were there): share 1/2" in late
     assert list(results.glob("snapshots.part-*")) == []
 
 
@@ -178,9 +177,9 @@ def test_share_uses_points_of_a_run_of_all(signorom, tmp_path, one_job):
     kept = {tuple(point) for point in read_shard(shard)}
     n_own = sum(tuple(point) in kept for point in one_job["parameters"][0::2])
     said = signorom("sample", deck.name, "--share", "1/2", folder=tmp_path)
-    assert f"sampled 2000 points ({n_own} were there)" in said
+    assert f"sampled {N_SWEEP // 2} points ({n_own} were there)" in said
     (own,) = results.glob("snapshots.part-1of2.*")
-    assert len(read_shard(own)) == 2000 - n_own
+    assert len(read_shard(own)) == N_SWEEP // 2 - n_own
 
 
 def test_deck_that_changes_between_jobs(signorom, tmp_path):
