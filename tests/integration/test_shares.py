@@ -88,7 +88,9 @@ def test_jobs_at_the_same_time(signorom, tmp_path, one_job):
     jobs = [start_share(signorom, deck, f"{k}/2", n_ranks=k) for k in (1, 2)]
     said = [finish(job) for job in jobs]
     assert [done.returncode for done in said] == [0, 0], [done.stderr for done in said]
-    assert f"sampled {N_SWEEP // 2} points ({n_kept} were there): share 1/2 in results/patch" in said[0].stdout
+    assert (
+        f"sampled {N_SWEEP // 2} points ({n_kept} were there): share 1/2 in results/patch" in said[0].stdout
+    )
     shares = points_of_shares(results, 2)
     assert [len(points) for points in shares] == [N_SWEEP // 2] * 2
     check_sorted_once(shares, one_job["parameters"])
