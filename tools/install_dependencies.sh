@@ -24,10 +24,11 @@ packages=(
   python3 python3-venv # figures
 )
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
-requirements=(-e 'tools/signorom_post[forest]') # forest: scikit-learn, for clusters of scattered snapshots
+# forest: scikit-learn, for clusters of scattered snapshots; explore: trame and VTK, for a model in a browser
+requirements=(-e 'tools/signorom_post[forest,explore]')
 if [ $is_test = 1 ]; then
   packages+=(clang-format g++ libgl1 libegl1) # a host in C++; VTK draws without a screen
-  optional_packages+=(chromium) # shows the page of signorom-post report
+  optional_packages+=(chromium) # shows the pages of signorom-post report and explore
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)
 fi
 [ $is_doc = 0 ] || packages+=(doxygen)

@@ -23,6 +23,7 @@ COMMANDS = {
     "report": ("commands.report", "write one HTML page: verdict, errors, pictures, deck, provenance"),
     "animation": ("commands.animation", "write a GIF or MP4 of the displaced bodies over the time"),
     "view": ("commands.view", "draw the standard pictures by VTK, and write a script for ParaView"),
+    "explore": ("commands.explore", "show a model in a browser: sliders, pictures, curves, errors"),
     "convert": ("convert.command", "write a mesh of another program as .msh, with the names of its sets"),
     "check": ("commands.check", "draw the set-up that `signorom check DECK --fields` wrote"),
     "forest": ("commands.forest", "train the random forest that chooses the cluster of a point"),

@@ -141,6 +141,21 @@ class Model:
         """Kind of reduced model: condensed, interpolated, tied, inelastic or hhr."""
         return self._told(8)
 
+    @property
+    def verdict(self) -> str:
+        """Verdict of the validation on forces and fields, begins with `NOT accepted` or `accepted`; empty: none yet."""
+        return self._told(9)
+
+    @property
+    def stress_unit(self) -> str:
+        """Unit of stresses and pressures; empty if the model keeps no mesh."""
+        return self._told(6)
+
+    @property
+    def area_unit(self) -> str:
+        """Unit of contact areas; empty if the model keeps no mesh."""
+        return self._told(7)
+
     def describe(self) -> str:
         """Returns the text that `signorom describe` prints."""
         return self._told(5)

@@ -93,7 +93,7 @@ class Scene:
             renderer.AddActor(_outline(self._at_rest, PALE_INK))
         renderer.AddActor(_outline(self._at_rest if on_contact else self._moved, INK))
         renderer.AddActor(actor)
-        renderer.AddViewProp(_bar(colors, with_unit(title, quantity.unit)))
+        renderer.AddViewProp(color_bar(colors, with_unit(title, quantity.unit)))
         renderer.AddViewProp(_caption("\n".join(self._captions[on_contact])))
         self.camera.aim(renderer)
         _write(renderer, path)
@@ -139,7 +139,7 @@ def _colored(
     """Returns the grid in the colors of a field, gray where the field is nan, and the table of these colors."""
     array = numpy_to_vtk(np.ascontiguousarray(values, dtype=float), deep=True)
     (grid.GetPointData() if has_nodes else grid.GetCellData()).SetScalars(array)
-    colors = _sequential()
+    colors = color_table()
     colors.SetTableRange(*_range(values, from_zero))
     mapper = vtk.vtkDataSetMapper()
     mapper.SetInputData(grid)
@@ -168,7 +168,7 @@ def _range(values: FloatArray, from_zero: bool) -> tuple[float, float]:
     return lowest, highest + (1e-3 * abs(highest) or 1.0) if is_one_value else highest
 
 
-def _sequential() -> "vtk.vtkLookupTable":
+def color_table() -> "vtk.vtkLookupTable":
     """Returns the color map of all figures as VTK's table."""
     table = vtk.vtkLookupTable()
     table.SetNumberOfTableValues(256)
@@ -211,7 +211,8 @@ def _outline(grid: "vtk.vtkUnstructuredGrid", color: tuple[float, float, float])
     return actor
 
 
-def _bar(colors: "vtk.vtkLookupTable", title: str) -> "vtk.vtkScalarBarActor":
+def color_bar(colors: "vtk.vtkLookupTable", title: str) -> "vtk.vtkScalarBarActor":
+    """Returns a bar of colors on the right of a picture, with numbers and this title."""
     bar = vtk.vtkScalarBarActor()
     bar.SetLookupTable(colors)
     bar.SetTitle(title)
@@ -223,7 +224,7 @@ def _bar(colors: "vtk.vtkLookupTable", title: str) -> "vtk.vtkScalarBarActor":
     bar.SetWidth(0.09)
     bar.SetHeight(0.7)
     for text, size in ((bar.GetTitleTextProperty(), 22), (bar.GetLabelTextProperty(), 20)):
-        _ink(text, size)
+        ink(text, size)
     return bar
 
 
@@ -242,12 +243,13 @@ def _caption(text: str) -> "vtk.vtkTextActor":
     caption = vtk.vtkTextActor()
     caption.SetInput(text)
     caption.SetPosition(20, SIZE[1] - 20)
-    _ink(caption.GetTextProperty(), 24)
+    ink(caption.GetTextProperty(), 24)
     caption.GetTextProperty().SetVerticalJustificationToTop()
     return caption
 
 
-def _ink(text: "vtk.vtkTextProperty", size: int) -> None:
+def ink(text: "vtk.vtkTextProperty", size: int) -> None:
+    """Gives a text the color and the plain font of all texts."""
     text.SetColor(*INK)
     text.SetFontSize(size)
     text.BoldOff()
