@@ -22,12 +22,13 @@ packages=(
   libopenblas0-serial # without it PETSc runs on the reference BLAS, six times slower
   liblapack-dev libmetis-dev libmumps-dev libhdf5-dev libfyaml-dev libmuparser-dev
   python3 python3-venv # figures
+  libgl1 libegl1 # VTK draws without a screen
 )
 optional_packages=(gmsh) # the meshes made from meshes/*.geo are committed, too
 # forest: scikit-learn, for clusters of scattered snapshots; explore: trame and VTK, for a model in a browser
 requirements=(-e 'tools/signorom_post[forest,explore]')
 if [ $is_test = 1 ]; then
-  packages+=(clang-format g++ libgl1 libegl1) # a host in C++; VTK draws without a screen
+  packages+=(clang-format g++) # a host in C++
   optional_packages+=(chromium) # shows the pages of signorom-post report and explore
   requirements=(-e 'tools/signorom_post[test]' -r tools/requirements-test.txt)
 fi

@@ -16,7 +16,13 @@ import websocket
 #: [s] longest wait for anything; a busy machine needs some
 PATIENCE = 60
 FLAGS = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"]
-FLAGS += ["--disable-extensions", "--disable-background-networking", "--remote-debugging-port=0"]
+FLAGS += [
+    "--disable-extensions",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--remote-debugging-port=0",
+]
 FLAGS += ["--remote-allow-origins=*", "--window-size=1280,720", "--hide-scrollbars"]
 
 
@@ -76,7 +82,7 @@ class Tab:
             value = self.evaluate(expression)
             if value or value == {}:  # an element comes as an empty object
                 return value
-            time.sleep(0.03)
+            time.sleep(0.1)
         shown = self.evaluate("document.body.innerText")
         raise AssertionError(f"{expression} stayed false; the page shows:\n{shown}")
 

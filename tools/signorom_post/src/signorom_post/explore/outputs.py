@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The numbers of an answer that people read and draw over a parameter: contact forces, areas, moments, pressures."""
 
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from signorom_post.answers import Answers
 from signorom_post.arrays import BoolArray, FloatArray, pressure_unit
 from signorom_post.explore.exploration import DISPLACEMENTS, FORCES, STRESSES, Exploration, Look
 from signorom_post.online import Model
+from signorom_post.points import ExtrapolationWarning
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,13 @@ def outputs_of(model: Model) -> list[Output]:
         Output("force_over_area", "largest contact force over its area", pressure, FORCES, _largest_pressure)
     )
     axes = axis_names(model)
+    area = model.area_unit or (
+        model.length_unit if len(axes) == 2 and "r" not in axes else f"{model.length_unit}2"
+    )
     moments = axes if len(axes) == 3 else ("z",)
     for i, name in enumerate(model.contact_names):
         start = f"contact_{i + 1}"
-        found.append(
-            Output(f"{start}_area", f"{name}: area", model.area_unit, FORCES, _resultant("areas", i))
-        )
+        found.append(Output(f"{start}_area", f"{name}: area", area, FORCES, _resultant("areas", i)))
         for kind, unit, components in (
             ("force", model.force_unit, axes),
             ("moment", moment_unit(model), moments),
@@ -179,30 +182,43 @@ def curve_of(exploration: Exploration, output: Output, over: str, look: Look, n_
     The curve spans the trained range, and the point of the look if this lies outside. The derivative is that of the
     model at the look. Points without an answer are NaN; ValueError if a table is not valid at a point.
     """
-    model = exploration.model
-    names = [parameter.name for parameter in exploration.parameters]
-    if over == "time":
-        place, unit = len(names), model.parameters[len(names)].unit
-        at = model.times
-        answers = model.query_history(np.array([list(look.point.values())]))
-        values, is_inside = output.of(answers)[0], answers.is_inside_box[0]
-        here = look.time
-    else:
-        place = names.index(over)
-        parameter = exploration.parameters[place]
-        unit, here = parameter.unit, look.point[over]
-        at = np.linspace(min(parameter.minimum, here), max(parameter.maximum, here), n_points)
-        points = np.tile(list(look.point.values()), (n_points, 1))
-        points[:, place] = at
-        if look.step is None:
-            answers = model.query_many(points)
-            values, is_inside = output.of(answers), answers.is_inside_box
-        else:
-            answers = model.query_history(points)
-            values, is_inside = output.of(answers)[:, look.step], answers.is_inside_box[:, look.step]
+    place, unit, at, here = _varied(exploration, over, look, n_points)
+    with warnings.catch_warnings():  # the curve shows where it extrapolates
+        warnings.simplefilter("ignore", ExtrapolationWarning)
+        values, is_inside = _values_along(exploration.model, output, look, place, at)
     value = None if look.answer is None else float(output.of(look.answer))
     standing = None if value is None or here is None else (here, value)
     return Curve(over, unit, output, at, values, is_inside, standing, slope_at(output, look, place))
+
+
+def _varied(
+    exploration: Exploration, over: str, look: Look, n_points: int
+) -> tuple[int, str, FloatArray, float | None]:
+    """Returns number (from 0) and unit of the parameter `over`, its values along a curve, and that of the look."""
+    names = [parameter.name for parameter in exploration.parameters]
+    if over == "time":
+        return len(names), exploration.model.parameters[len(names)].unit, exploration.model.times, look.time
+    place = names.index(over)
+    parameter, here = exploration.parameters[place], look.point[over]
+    ends = min(parameter.minimum, here), max(parameter.maximum, here)
+    return place, parameter.unit, np.linspace(*ends, n_points), here
+
+
+def _values_along(
+    model: Model, output: Output, look: Look, place: int, at: FloatArray
+) -> tuple[FloatArray, BoolArray]:
+    """Returns the output, and whether the points lie in the box, at values `at` of parameter `place`; shapes (n)."""
+    point = list(look.point.values())
+    if place == len(point):  # the time
+        answers = model.query_history(np.array([point]))
+        return output.of(answers)[0], answers.is_inside_box[0]
+    points = np.tile(point, (len(at), 1))
+    points[:, place] = at
+    if look.step is None:
+        answers = model.query_many(points)
+        return output.of(answers), answers.is_inside_box
+    answers = model.query_history(points)
+    return output.of(answers)[:, look.step], answers.is_inside_box[:, look.step]
 
 
 def slope_at(output: Output, look: Look, place: int) -> float | None:

@@ -33,7 +33,7 @@ from signorom_post.plots.captions import magnification
 #: number of steps of a slider, at least
 N_STEPS = 100
 #: [s] after the last move, the picture is drawn once more with smooth edges
-QUIET = 0.25
+QUIET = 0.5
 #: [s] least time between two pictures of a film
 FILM_INTERVAL = 0.12
 #: number of history steps that a curve may cost

@@ -14,6 +14,9 @@ from signorom_post.explore.exploration import Exploration, Look, outside_text, s
 from signorom_post.explore.outputs import Number, Output, numbers_of
 from signorom_post.style import SEQUENTIAL
 
+#: a component below this share of the largest number of its unit is rounding
+ROUNDING = 1e-13
+
 
 def rows_of(numbers: list[Number], kept: list[Number] | None) -> list[dict[str, Any]]:
     """Returns the rows of the table of numbers; those of one contact stand under its name."""
@@ -26,8 +29,8 @@ def rows_of(numbers: list[Number], kept: list[Number] | None) -> list[dict[str, 
             title = contact or "Fields"
             rows.append({"is_group": True, "label": title, "name": title, "a_kind": "", "b_kind": ""})
         row = {"is_group": False, "name": number.name, "label": label, "unit": _unit(number.unit)}
-        row["a"], row["a_kind"] = number_text(number)
-        row["b"], row["b_kind"] = ("", "") if kept is None else number_text(kept[i])
+        row["a"], row["a_kind"] = number_text(number, numbers)
+        row["b"], row["b_kind"] = ("", "") if kept is None else number_text(kept[i], kept)
         rows.append(row)
     return rows
 
@@ -36,11 +39,15 @@ def _unit(unit: str) -> str:
     return "" if unit in NO_UNITS else unit
 
 
-def number_text(number: Number) -> tuple[str, str]:
-    """Returns a number as a text and its kind; one that the model does not vouch for has a question mark."""
+def number_text(number: Number, others: list[Number]) -> tuple[str, str]:
+    """Returns a number as a text and its kind; one that the model does not vouch for has a question mark.
+
+    Beside numbers of the same unit among `others`, what is only rounding is zero.
+    """
     if number.value is None or not np.isfinite(number.value):
         return "none", "doubt"
-    text = format_number(number.value)
+    size = max(abs(other.value or 0.0) for other in others if other.unit == number.unit)
+    text = format_number(number.value if abs(number.value) > ROUNDING * size else 0.0)
     return (text, "") if number.is_vouched_for else (f"{text} ?", "doubt")
 
 
