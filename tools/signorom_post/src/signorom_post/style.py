@@ -15,26 +15,22 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from signorom_post.arrays import FloatArray
-
-# the palette of Okabe and Ito: people with any common kind of color vision can tell its colors apart
-BLACK = "#000000"
-ORANGE = "#E69F00"
-SKY_BLUE = "#56B4E9"
-GREEN = "#009E73"
-YELLOW = "#F0E442"
-BLUE = "#0072B2"
-VERMILLION = "#D55E00"
-PURPLE = "#CC79A7"
-
-CLUSTER_COLORS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY_BLUE)
-
-INK = "#262626"
-GRAY = "#8C8C8C"
-LIGHT_GRAY = "#D4D4D4"
-BODY = "#F1F1F1"
-
-#: color map of quantities >= 0; it is perceptually uniform and suits color-blind readers
-SEQUENTIAL = "viridis"
+from signorom_post.palette import (  # noqa: F401, the colors belong to the style
+    BLACK,
+    BLUE,
+    BODY,
+    CLUSTER_COLORS,
+    GRAY,
+    GREEN,
+    INK,
+    LIGHT_GRAY,
+    ORANGE,
+    PURPLE,
+    SEQUENTIAL,
+    SKY_BLUE,
+    VERMILLION,
+    YELLOW,
+)
 
 #: [1/inch] resolution of png files, and of the shaded parts of pdf and svg files
 RESOLUTION = 200

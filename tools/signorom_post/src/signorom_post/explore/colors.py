@@ -9,7 +9,7 @@ import numpy as np
 from signorom_post.answer import Fields
 from signorom_post.arrays import FloatArray
 from signorom_post.explore.exploration import DISPLACEMENTS, FORCES, STRESSES
-from signorom_post.style import BLUE, GRAY, GREEN, VERMILLION
+from signorom_post.palette import BLUE, GRAY, GREEN, VERMILLION
 
 
 @dataclass(frozen=True)

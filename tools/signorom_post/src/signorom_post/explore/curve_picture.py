@@ -8,7 +8,7 @@ from matplotlib.ticker import MaxNLocator
 
 from signorom_post.arrays import FloatArray, format_number, with_unit
 from signorom_post.explore.outputs import Curve
-from signorom_post.style import BLUE, INK, VERMILLION
+from signorom_post.palette import BLUE, INK, VERMILLION
 
 #: [px] size of the picture, and of its frame: left, top, right, bottom
 WIDTH, HEIGHT = 620.0, 190.0

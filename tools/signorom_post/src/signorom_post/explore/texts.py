@@ -12,7 +12,7 @@ from signorom_post.arrays import NO_UNITS, format_number, with_unit
 from signorom_post.explore.colors import Color
 from signorom_post.explore.exploration import Exploration, Look, outside_text, sentence_of, unit_of
 from signorom_post.explore.outputs import Number, Output, numbers_of
-from signorom_post.style import SEQUENTIAL
+from signorom_post.palette import SEQUENTIAL
 
 #: a component below this share of the largest number of its unit is rounding
 ROUNDING = 1e-13

@@ -4,15 +4,19 @@
 `towards`, shape (3, 3), is the direction of the view: see `view`. Without it the view is the standard one.
 """
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.image import AxesImage
 
 from signorom_post.arrays import BoolArray, FloatArray, IntArray, format_number
 from signorom_post.mesh import Faces
+from signorom_post.palette import INK
 from signorom_post.plots.depth_buffer import DepthBuffer
-from signorom_post.style import INK
+
+if TYPE_CHECKING:  # the pictures by VTK need no axes, whose import takes a second
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
 
 #: [degrees] where the viewer stands: angle from x towards y, and angle above the x-y plane
 AZIMUTH, ELEVATION = -55.0, 25.0
@@ -51,7 +55,7 @@ def normals_of(points: FloatArray, faces: Faces) -> FloatArray:
 
 
 def draw_surface(
-    axes: Axes, points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
+    axes: "Axes", points: FloatArray, faces: Faces, colors: FloatArray, towards: FloatArray | None = None
 ) -> DepthBuffer:
     """Draws the faces as the viewer sees them, and returns the buffer that knows what is in front.
 
@@ -77,7 +81,7 @@ def draw_surface(
     return buffer
 
 
-def draw_picture(axes: Axes, picture: FloatArray, buffer: DepthBuffer, **style: object) -> AxesImage:
+def draw_picture(axes: "Axes", picture: FloatArray, buffer: DepthBuffer, **style: object) -> "AxesImage":
     """Draws the points of a buffer and returns the image; `picture` has its shape, or is RGBA values of that shape.
 
     `style` goes to `Axes.imshow`, but its `gid` to the image.
@@ -118,7 +122,7 @@ def one_color(faces: Faces, color: str) -> FloatArray:
     return np.tile(to_rgb(color), (len(faces.nodes), 1))
 
 
-def frame_surface(axes: Axes, points: FloatArray, unit: str, towards: FloatArray | None = None) -> None:
+def frame_surface(axes: "Axes", points: FloatArray, unit: str, towards: FloatArray | None = None) -> None:
     """Gives the axes equal scales and limits around `points`, and replaces ticks by two drawings below the picture.
 
     These are arrows along x, y and z, and a scale bar of a round length in `unit`. `points` has the shape (n, 3);

@@ -11,12 +11,12 @@ from vtk.util.numpy_support import numpy_to_vtk
 
 from signorom_post.arrays import FloatArray, IntArray, with_unit
 from signorom_post.mesh import Mesh
+from signorom_post.palette import SEQUENTIAL
 from signorom_post.plots.surface import view
 from signorom_post.plots.viewpoint import best_corner
 from signorom_post.plots.vtk_camera import SIZE, framed
 from signorom_post.plots.vtk_window import hidden_window, image_of
 from signorom_post.readers.fields import FieldFile, FieldPoint
-from signorom_post.style import SEQUENTIAL
 
 #: RGB of texts and outlines
 INK = (0.15, 0.15, 0.15)
