@@ -32,6 +32,8 @@ from signorom_post.plots.captions import magnification
 
 #: number of steps of a slider, at least
 N_STEPS = 100
+#: [s] time between two looks whether a picture is encoded
+ENCODED = 0.01
 #: [s] after the last move, the picture is drawn once more with smooth edges
 QUIET = 0.5
 #: [s] least time between two pictures of a film
@@ -63,6 +65,7 @@ class Page:
         self._set_up_state()
         self._build()
         self.update()
+        self._show_curve()
         names = [f"value_{i}" for i in range(len(exploration.parameters))]
         self.state.change(*names, "step", "color", "scale", "hold", "output", "over")(self._note_move)
         self.state.change("playing")(self._note_play)
@@ -126,6 +129,12 @@ class Page:
         if self.state.playing:
             self._played.set()
 
+    def hasten(self) -> None:
+        """Makes a picture come as soon as it is encoded, which VTK does beside; trame looks every half a second."""
+        delivery = self.server.protocol.getRPCMethod("viewport.image.push")
+        if delivery:
+            delivery[0].delta_stale_time_before_render = ENCODED
+
     async def follow(self) -> None:
         """Answers whatever is moved, for ever. Of moves that come while an answer is made, the last one counts."""
         while True:
@@ -133,8 +142,11 @@ class Page:
             self._moved.clear()
             with self.state:
                 self.update()
-            # what the browser sent meanwhile is read before the next answer
-            await asyncio.sleep(0.002)
+            # the picture leaves, and what the browser sent meanwhile is read, before the curve is asked for
+            await asyncio.sleep(1.5 * ENCODED)
+            if not self._moved.is_set():
+                with self.state:
+                    self._show_curve()
 
     async def polish(self) -> None:
         """Draws the picture with smooth edges whenever nothing has moved for a while."""
@@ -178,7 +190,6 @@ class Page:
             self._look = self._exploration.look(point, 0 if step is None else step)
         self._show_texts(is_valid=not problems)
         self._show_picture()
-        self._show_curve(is_valid=not problems)
 
     def _point(self) -> tuple[dict[str, float], list[str]]:
         """Returns the values that the user gave, and what is wrong with them; says so beside each."""
@@ -263,9 +274,9 @@ class Page:
         self._limits = color.name, (low, high)
         return low, high
 
-    def _show_curve(self, is_valid: bool) -> None:
+    def _show_curve(self) -> None:
         state = self.state
-        if not is_valid:
+        if len(self._look.point) < len(self._exploration.parameters):
             state.curve, state.curve_text, state.slope_text = "", "no curve: a value is missing", ""
             return
         output = next(each for each in self._outputs if each.name == state.output)
@@ -296,7 +307,7 @@ class Page:
         self.state.kept_point = point_text(self._exploration, self._kept) if self._kept else ""
         if self._scene is not None:
             self._scene.compare(has_two)
-        self.update()
+        self._moved.set()
 
     def _look_from(self, name: str) -> None:
         if self._scene is not None:
@@ -388,5 +399,6 @@ async def serve(page: Page, token: str, port: int, announce: Any) -> None:
     await asyncio.wait([running, asyncio.ensure_future(server.ready)], return_when=asyncio.FIRST_COMPLETED)
     if running.done():
         await running
+    page.hasten()
     announce(f"http://127.0.0.1:{server.port}/index.html?secret={token}")
     await asyncio.gather(running, page.follow(), page.film(), page.polish())
