@@ -14,7 +14,8 @@
 !>   R e (1 - cos(k max(t - t0, 0) / (e^2 - t0))) / (1 - cos k)    elsewhere, t0 = 0.002; 0 where s > 0.999 R
 !> With tan(k / 2) = 2 k e^2 / (e^2 - t0) its value and slope over t at t = e^2 are those of the root, e R and R / (2 e); at t = t0
 !> both are 0. t0 is not 0 so that a node at s = R is far from both ends of the wave. The height is that of the root or less, by up
-!> to 0.053 R, so that nothing interferes that would not without the wave.
+!> to 0.053 R, so that nothing interferes that would not without the wave. The function _sphere_depth of expressions
+!> (src/terms/expression.c) is R less this height.
 module sig_obstacle_gap
   use sig_deck_config, only: contact_config_t, value_config_t
   use sig_kinds, only: rk
@@ -23,12 +24,6 @@ module sig_obstacle_gap
   implicit none(type, external)
   private
   public :: obstacle_gap
-
-  !> e^2, t0, e / (1 - cos k) and k / (e^2 - t0) for e = 0.1, as texts
-  character(*), parameter :: wave_start = '0.01'
-  character(*), parameter :: wave_end = '0.002'
-  character(*), parameter :: wave_height = '0.050975268970648836'
-  character(*), parameter :: wave_number = '358.00805906085446'
 
 contains
 
@@ -91,18 +86,20 @@ contains
     real(rk), intent(in) :: direction(:)
     type(string_t), intent(in) :: coordinate_names(:)
     type(value_config_t), intent(inout) :: shape
-    character(:), allocatable :: squared
+    character(:), allocatable :: product
     integer :: i, j
 
-    squared = '(0'
-    do i = 2, size(direction)
+    product = ''
+    do i = 2, 3
       do j = 1, i - 1
-        if (any(abs(direction([i, j])) > 0)) squared = squared // ' + (0' // part(i, j) // part(j, i) // ')^2'
+        product = product // '0'
+        if (i <= size(direction)) product = product // part(i, j) // part(j, i)
+        product = product // ', '
       end do
     end do
     shape%uses_parameters = contact%obstacle%radius%uses_parameters .or. &
       any(contact%obstacle%place%uses_parameters .and. abs(direction) < 1)
-    shape%text = shape%text // ' + ' // depth_below_top(squared // ')', '(' // contact%obstacle%radius%text // ')')
+    shape%text = shape%text // ' + _sphere_depth(' // product // contact%obstacle%radius%text // ')'
 
   contains
 
@@ -116,21 +113,6 @@ contains
         '(' // coordinate_names(i)%text // ' - (' // contact%obstacle%place(i)%text // '))'
     end function part
   end subroutine add_depth
-
-  !> Returns how far the sphere is below the plane through its top, as a text.
-  pure function depth_below_top(squared, radius) result(text)
-    !> s^2, in parentheses
-    character(*), intent(in) :: squared
-    !> R, in parentheses
-    character(*), intent(in) :: radius
-    character(:), allocatable :: text, rest
-
-    rest = '(' // radius // '^2 - ' // squared // ')'
-    text = '(' // rest // ' > ' // wave_start // '*' // radius // '^2 ? ' // &
-      squared // '/(' // radius // ' + sqrt(' // rest // ')) : ' // &
-      radius // '*(1 - ' // wave_height // '*(1 - cos(' // wave_number // '*max(' // rest // '/' // radius // '^2 - ' // &
-      wave_end // ', 0)))))'
-  end function depth_below_top
 
   !> Returns a factor as a text, such as `(0.6)*`.
   pure function factor(number) result(text)

@@ -23,6 +23,10 @@ enum {
   MUP_TOO_FEW_ARGUMENTS = 15
 };
 
+/* e^2, t0, e / (1 - cos k) and k / (e^2 - t0) for e = 0.1, of src/contact/obstacle_gap.f90 */
+static const double wave_start = 0.01, wave_end = 0.002, wave_height = 0.050975268970648836,
+                    wave_number = 358.00805906085446;
+
 struct sig_expression {
   muParserHandle_t parser;
   double *values; /* values of the variables; muParser keeps pointers to them */
@@ -37,6 +41,16 @@ typedef struct {
   char *token, *message;
   size_t size;
 } complaint_t;
+
+/* How far a sphere is below the plane through its top, at the distance s from its axis, s^2 = a^2 + b^2 + c^2: see
+   src/contact/obstacle_gap.f90. As a text muParser would take powers for it, at each of many places. */
+static double sphere_depth(double a, double b, double c, double radius) {
+  const double squared = a * a + b * b + c * c, rest = radius * radius - squared;
+  if (rest > wave_start * radius * radius) return squared / (radius + sqrt(rest));
+  const double after_end = rest / (radius * radius) - wave_end;
+  if (after_end < 0) return radius;
+  return radius * (1 - wave_height * (1 - cos(wave_number * after_end)));
+}
 
 static void put(char *target, size_t size, const char *text) { snprintf(target, size, "%s", text ? text : ""); }
 
@@ -128,6 +142,7 @@ static int build(sig_expression *expression, const char *text, size_t text_lengt
     copy[text_length] = '\0';
     mupDefineConst(expression->parser, "_pi",
                    3.14159265358979323846); /* the constant of muParser 2.3.3 ends after 12 decimals */
+    mupDefineFun4(expression->parser, "_sphere_depth", sphere_depth, 1);
     for (int i = 0; i < expression->n_names; i++) expression->values[i] = 1.0;
     code = define_names(expression, names, name_width, complaint);
     if (code == SIG_EXPRESSION_OK) code = compile(expression, copy, complaint);

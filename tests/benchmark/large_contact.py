@@ -45,6 +45,10 @@ MAX_PASSES = 50
 # names that expressions of decks have and Python has elsewhere
 NAMES = {"sqrt": np.sqrt, "exp": np.exp, "cos": np.cos, "sin": np.sin, "abs": np.abs, "_pi": np.pi}
 NAMES |= {"max": np.maximum, "min": np.minimum, "where": np.where}
+# what a sphere's gap needs (src/contact/obstacle_gap.f90), near the sphere's top
+NAMES["_sphere_depth"] = lambda a, b, c, radius: (
+    (a**2 + b**2 + c**2) / (radius + np.sqrt(radius**2 - a**2 - b**2 - c**2))
+)
 # [mm] of meshes/indenter.geo
 SIZES = [27.0, 21.0, 7.5]
 

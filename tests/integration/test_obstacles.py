@@ -139,10 +139,10 @@ def test_direction_far_from_the_normals_is_noted(signorom, tmp_path, direction, 
 
 
 def test_sphere_with_long_expressions(signorom, tmp_path):
-    """Its gap is a text that contains them several times; of one that is too long a sentence says so."""
+    """Its gap is a text that contains them twice; of one that is too long a sentence says so."""
     obstacle = "{{type: sphere, center: [{x}, 9 - squeeze], radius: 8}}"
     sphere = f"  - {{{{first: lower_arc, obstacle: {obstacle}, direction: [3, 4]}}}}"
-    for n_zeros, exit_code in ((25, 0), (400, 2)):
+    for n_zeros, exit_code in ((400, 0), (490, 2)):
         planes = PLANES.splitlines()
         planes[0] = sphere.format(x='"squeeze' + "+0" * n_zeros + '"')
         deck = write_deck("small_disks", tmp_path, **{**MOVING_PLANES, PAIRS: "\n".join(planes)})
