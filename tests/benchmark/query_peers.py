@@ -22,7 +22,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 import scipy.sparse
-from timing import INPUT, build, command_line, copy_deck, load_text, measure, train
+from query_many import write_deck
+from timing import build, command_line, load_text, measure, train
 
 SAME = 1e-9
 INFINITE = 1e30
@@ -100,7 +101,7 @@ def time_peer(name, matrix, openings, expected):
 
 def ask(program, benchmark, folder, deck, options):
     """What benchmark_query tells, its largest difference, W or None, q and unknowns of some points."""
-    copy_deck(INPUT / f"{deck}.yaml", folder)
+    write_deck(folder, deck, "reduction: {method: condensed}" if options.condensed else None)
     _, model = train(program, folder, deck)
     n_dense = min(options.dense_points or options.points, options.points)
     command = [benchmark, model, str(options.points), str(n_dense), folder / "pairs.bin"]
@@ -117,6 +118,7 @@ def main():
     """Lines of benchmark_query, and a line per peer."""
     parser = command_line(__doc__)
     parser.add_argument("decks", nargs="+", help="of input/, with a condensed model without friction")
+    parser.add_argument("--condensed", action="store_true", help="whatever model the deck asks for")
     parser.add_argument("--points", type=int, default=10_000)
     parser.add_argument(
         "--dense-points", type=int, help="of these the first ones by the dense solver; default: all"
