@@ -8,12 +8,14 @@
 A query has the certificate; the dense solver starts at the closed contacts of the nearest training point and factors
 W of the closed ones by LAPACK in each pass (benchmark_query). The peers get W and q, and minimize z'W z / 2 + q'z over
 z >= 0: OSQP keeps its factors and starts warm, with an error of 1e-9; the others are exact but for rounding, or
-interior point methods with their usual error. Those that are not installed are left out (requirements.txt). Times are
-of one thread; `error` is the largest difference of a force over the largest force.
+interior point methods with their usual error; Lemke's method of Siconos (python3-siconos) gets the same. Those that are
+not installed are left out (requirements.txt). Times are of one thread; `error` is the largest difference of a force
+over the largest force.
 """
 
 import importlib
 import os
+import subprocess
 import sys
 import tempfile
 import time
@@ -27,6 +29,8 @@ from timing import build, command_line, load_text, measure, train
 
 SAME = 1e-9
 INFINITE = 1e30
+# Siconos is a package of Debian (python3-siconos), made for this Python
+DEBIAN_PYTHON = "/usr/bin/python3"
 
 
 def start_osqp(osqp, matrix):
@@ -99,6 +103,19 @@ def time_peer(name, matrix, openings, expected):
     return np.array(seconds), max(errors)
 
 
+def time_siconos(folder, matrix, openings, expected):
+    """The same of Lemke's method of Siconos, in a process of Debian's Python; nothing where it is not installed."""
+    force, scale = np.abs(expected).max(), np.diag(matrix).max()
+    np.savez(folder / "problem.npz", matrix=matrix / scale, openings=openings / (scale * force))
+    script = Path(__file__).with_name("siconos_lemke.py")
+    command = [DEBIAN_PYTHON, script, folder / "problem.npz", folder / "answer.npz"]
+    if subprocess.run([DEBIAN_PYTHON, "-c", "import siconos.numerics"], capture_output=True).returncode:
+        return None
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    answer = np.load(folder / "answer.npz")
+    return answer["seconds"], np.abs(answer["forces"] - expected / force).max()
+
+
 def ask(program, benchmark, folder, deck, options):
     """What benchmark_query tells, its largest difference, W or None, q and unknowns of some points."""
     write_deck(folder, deck, "reduction: {method: condensed}" if options.condensed else None)
@@ -112,6 +129,15 @@ def ask(program, benchmark, folder, deck, options):
         matrix, is_symmetric = part["compliance"][()], not part["anchors"].size
     numbers = np.fromfile(folder / "pairs.bin").reshape(2, n_dense, len(matrix))
     return text, difference, matrix if is_symmetric else None, *numbers[:, : options.peer_points]
+
+
+def tell(name, found):
+    """A line of a peer."""
+    if found is None:
+        print(f"{name}: not installed")
+        return
+    median, worst = (1e6 * measure_of(found[0]) for measure_of in (np.median, np.max))
+    print(f"{name}, us: median, worst {median:.0f} {worst:.0f}; error {found[1]:.1e}", flush=True)
 
 
 def main():
@@ -130,22 +156,17 @@ def main():
     print(load_text())
     is_same = True
     for deck in options.decks:
-        with tempfile.TemporaryDirectory() as folder:
-            text, difference, matrix, openings, expected = ask(
-                program, benchmark, Path(folder), deck, options
-            )
-        print(f"{deck} {len(expected[0])} rows\n{text}", end="")
-        is_same = is_same and difference <= SAME
-        if matrix is None:
-            print("only contact holds a body: W is not symmetric, so no peer solves this")
-            continue
-        for name in PEERS:
-            found = time_peer(name, matrix, openings, expected)
-            if found is None:
-                print(f"{name}: not installed")
+        with tempfile.TemporaryDirectory() as place:
+            folder = Path(place)
+            text, difference, matrix, openings, expected = ask(program, benchmark, folder, deck, options)
+            print(f"{deck} {len(expected[0])} rows\n{text}", end="")
+            is_same = is_same and difference <= SAME
+            if matrix is None:
+                print("only contact holds a body: W is not symmetric, so no peer solves this")
                 continue
-            median, worst = (1e6 * measure_of(found[0]) for measure_of in (np.median, np.max))
-            print(f"{name}, us: median, worst {median:.0f} {worst:.0f}; error {found[1]:.1e}", flush=True)
+            tell("siconos", time_siconos(folder, matrix, openings, expected))
+            for name in PEERS:
+                tell(name, time_peer(name, matrix, openings, expected))
     sys.exit(None if is_same else "the answers differ")
 
 
