@@ -28,5 +28,4 @@ def main():
     np.savez(sys.argv[2], seconds=seconds, forces=forces)
 
 
-if __name__ == "__main__":
-    main()
+main()
